@@ -1,0 +1,152 @@
+"""The command line, thin: each command calls one function of the package."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from . import __version__, parallel
+from .errors import ParsphError, paragraph
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    help="Smoothed-particle hydrodynamics for numerical wave tanks, serial or on any number of MPI ranks.\n\n"
+    "Without a command the built-in scene **pool** runs.  Parallel: `mpirun -n 4 python -m parsph run SCENE`.\n\n"
+    "Exit codes: 0 done, 1 the run failed, 2 bad input (nothing was written), 130 interrupted.",
+)
+
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="Built-in scene (see `parsph list`) or a TOML file.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Override a key, as `time.end=5` or `gauges.0.x=2`. Repeatable."),
+]
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the results to FILE as JSON.")]
+
+
+def _show_version(wanted: bool):
+    if wanted:
+        print(f"parsph {__version__}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def _default(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print it.")
+    ] = False,
+):
+    if context.invoked_subcommand is None:
+        run("pool", [])
+
+
+@app.command()
+def run(
+    scene: SceneName = "pool",
+    set_: Settings = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Output folder. Default: runs/SCENE-NNN, the next free number.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Empty --out of an earlier run first.")] = False,
+    ranks_info: Annotated[bool, typer.Option("--ranks-info", help="Print what each rank owns.")] = False,
+):
+    """Run a scene: snapshots, gauge tables and a summary go to the output folder."""
+    from .run import run as run_scene
+
+    run_scene(scene, set_, out, overwrite, ranks_info)
+
+
+@app.command("list")
+def list_scenes():
+    """List the built-in scenes."""
+    from .progress import console
+    from .scene.load import builtin_names, load_scene
+
+    for name in builtin_names():
+        console().print(f"{name:12s} {load_scene(name).title}", markup=False)
+
+
+@app.command()
+def check(scene: SceneName, set_: Settings = None):
+    """Check a scene and print all its faults at once."""
+    from .scene.load import load_scene
+
+    load_scene(scene, set_)
+    print(f"{scene}: no faults")
+
+
+@app.command()
+def plan(scene: SceneName = "pool", set_: Settings = None):
+    """Print what a scene will model, with equations and sources, what it leaves out, and what it will cost."""
+    from .scene.load import load_scene
+    from .scene.plan import print_plan
+
+    print_plan(load_scene(scene, set_), scene)
+
+
+@app.command()
+def show(
+    scene: SceneName = "pool",
+    set_: Settings = None,
+    schema: Annotated[bool, typer.Option("--schema", help="The JSON Schema of scenes instead, for editors.")] = False,
+):
+    """Print a scene with all defaults filled in, as JSON."""
+    from .scene.load import json_schema, load_scene, scene_text
+
+    print(json_schema() if schema else scene_text(load_scene(scene, set_)))
+
+
+@app.command()
+def bench(
+    json_file: JsonFile = None,
+    particles: Annotated[int, typer.Option(min=1000, help="Number of particles.")] = 100_000,
+    repeats: Annotated[int, typer.Option(min=1, help="The fastest of so many repeats counts.")] = 7,
+):
+    """Measure the speed of the neighbour loop and of a whole step on one core, against a textbook loop."""
+    from .bench import bench as run_bench
+
+    run_bench(json_file, particles, repeats)
+
+
+@app.command()
+def verify(
+    cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Cases; default: all.")] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Shorter runs, same metrics and bars where they apply.")
+    ] = False,
+    json_file: JsonFile = None,
+):
+    """Run validation cases against theory; exit 1 if a bar is missed."""
+    from .verify import verify as run_verify
+
+    if not run_verify(cases, quick, json_file):
+        raise typer.Exit(1)
+
+
+def main(arguments=None):
+    """Run the command line; end the whole job, on all ranks, with the exit code of the first failure."""
+    communicator = None
+    try:
+        communicator = parallel.start()
+        parallel.end_job_on_error(communicator)
+        if communicator.rank:
+            sys.stdout.reconfigure(line_buffering=True)
+        app(arguments, standalone_mode=communicator.size == 1 or communicator.rank == 0)
+    except ParsphError as error:
+        _fail(communicator, error, error.exit_code)
+    except KeyboardInterrupt:
+        _fail(communicator, "interrupted: what was written up to here is complete", 130)
+
+
+def _fail(communicator, error, code):
+    """Print `error` and end the job. Bad input is found by all ranks alike, so that rank 0 speaks for them."""
+    alone = communicator is None or communicator.size == 1
+    if alone or communicator.rank == 0 or code != 2:
+        print(paragraph(error), file=sys.stderr, flush=True)
+    if alone or code == 2:
+        sys.exit(code)
+    communicator.abort(code)

@@ -1,0 +1,179 @@
+"""The grid of cells, numbered x slowest, and the sort by (cell, tag) that everything else stands on.
+
+Cells are as wide as the kernel's support. The grid is anchored at a point of the scene and has a margin of at least one
+cell around everything that can hold a fluid particle, so no loop over neighbours needs to ask where the grid ends. Cells
+of one x-column follow each other: a neighbourhood is a few contiguous strips, a slab or a halo one contiguous slice.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .jit import jit
+from .particles import FIRST_GHOST
+
+LEFT, RIGHT, DROPPED = -2, -3, -1
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A global grid of square (cubic) cells.
+
+    Attributes
+    ----------
+    low : tuple of float
+        Its lower corner [m].
+    cell : float
+        Edge of a cell [m].
+    shape : tuple of int
+        Number of cells in each direction.
+    """
+
+    low: tuple
+    cell: float
+    shape: tuple
+
+    @classmethod
+    def around(cls, low, high, cell):
+        """Return the grid that holds the box ``low..high`` [m] and a margin of a cell on all sides."""
+        shape = tuple(int(math.floor((b - a) / cell * (1 + 1e-12))) + 3 for a, b in zip(low, high, strict=True))
+        return cls(tuple(float(a - cell) for a in low), float(cell), shape)
+
+    @property
+    def columns(self):
+        """Number of x-columns."""
+        return self.shape[0]
+
+    @property
+    def stride(self):
+        """Number of cells in an x-column."""
+        return int(np.prod(self.shape[1:], dtype=int))
+
+    def column_of(self, x):
+        """Return the column that holds the coordinate(s) `x` [m]."""
+        return np.floor((np.asarray(x) - self.low[0]) / self.cell).astype(int)
+
+
+@jit
+def cell_of(rows, i, low, inverse, shape):
+    """Return the global cell of row `i`; positions are the first columns of `rows`."""
+    cell = 0
+    for d in range(len(shape)):
+        cell = cell * shape[d] + int((rows[i, d] - low[d]) * inverse)
+    return cell
+
+
+@jit
+def assign_cells(
+    rows, tags, cells, first, last, low, inverse, shape, box_low, box_high, first_cell, last_cell, near, close
+):
+    """Put every fluid particle of ``first:last`` into its cell; drop ghosts; mark those that left the slab.
+
+    Parameters
+    ----------
+    rows, tags, cells : ndarray
+        `cells` is written: local cell, or LEFT, RIGHT, DROPPED.
+    low, inverse, shape, box_low, box_high : tuples and float
+        The grid, and the box that no particle may leave [m].
+    first_cell, last_cell : int
+        Global cells of the slab.
+    near : ndarray of bool, one per cell of the slab
+        Cells whose particles can have mirror images.
+    close : ndarray of int32
+        Written: the rows of particles in such cells.
+
+    Returns
+    -------
+    tuple of int
+        (first row outside the box or -1, number of particles that left, number of rows in `close`)
+    """
+    bad, left, count = -1, 0, 0
+    for i in range(first, last):
+        if tags[i] >= FIRST_GHOST:
+            cells[i] = DROPPED
+            continue
+        for d in range(len(shape)):
+            if not (box_low[d] <= rows[i, d] <= box_high[d]):  # NaN lands here too
+                bad = i
+        if bad >= 0:
+            break
+        cell = cell_of(rows, i, low, inverse, shape)
+        if cell < first_cell:
+            cells[i] = LEFT
+            left += 1
+        elif cell >= last_cell:
+            cells[i] = RIGHT
+            left += 1
+        else:
+            cells[i] = cell - first_cell
+            if near[cell - first_cell]:
+                close[count] = i
+                count += 1
+    return bad, left, count
+
+
+@jit
+def count_cells(cells, first, last, counts):
+    """Count the particles of each cell of the slab into `counts`."""
+    counts[:] = 0
+    for i in range(first, last):
+        if cells[i] >= 0:
+            counts[cells[i]] += 1
+
+
+@jit
+def order_by_cell(cells, tags, first, last, counts, starts, order):
+    """Set `order` to the rows sorted by (cell, tag).
+
+    A stable counting sort keeps the order of tags that the last sort left; what moved between cells is mended by an
+    insertion sort inside each cell.
+
+    Parameters
+    ----------
+    counts : ndarray of int64
+        Particles per cell.
+    starts : ndarray of int64, one longer
+        Written: where each cell begins in `order`.
+    """
+    starts[0] = 0
+    for c in range(len(counts)):
+        starts[c + 1] = starts[c] + counts[c]
+        counts[c] = starts[c]
+    for i in range(first, last):
+        c = cells[i]
+        if c >= 0:
+            order[counts[c]] = i
+            counts[c] += 1
+    for c in range(len(counts)):
+        for k in range(starts[c] + 1, starts[c + 1]):
+            row = order[k]
+            tag = tags[row]
+            place = k
+            while place > starts[c] and tags[order[place - 1]] > tag:
+                order[place] = order[place - 1]
+                place -= 1
+            order[place] = row
+
+
+@jit
+def gather_rows(order, count, shared, private, tags, to_shared, to_private, to_tags, offset):
+    """Copy the rows named by ``order[:count]`` to the sorted arrays, from row `offset` on."""
+    for k in range(count):
+        i = order[k]
+        for column in range(shared.shape[1]):
+            to_shared[offset + k, column] = shared[i, column]
+        for column in range(private.shape[1]):
+            to_private[offset + k, column] = private[i, column]
+        to_tags[offset + k] = tags[i]
+
+
+@jit
+def collect_leavers(cells, first, last, direction, rows):
+    """Write the rows marked `direction` to `rows` and return how many there are."""
+    count = 0
+    for i in range(first, last):
+        if cells[i] == direction:
+            rows[count] = i
+            count += 1
+    return count

@@ -1,0 +1,245 @@
+"""What the particles of one rank go through before a sweep: cells, migration, images, sort, halo."""
+
+from functools import reduce
+
+import numpy as np
+
+from ..columns import (
+    LEFT,
+    RIGHT,
+    assign_cells,
+    cell_of,
+    collect_leavers,
+    count_cells,
+    gather_rows,
+    order_by_cell,
+)
+from ..errors import RunError
+from ..particles import FIRST_GHOST, identities
+from ..walls import wall_images
+from .exchange import Exchange
+from .slabs import Slab, balanced_cuts
+
+
+class Domain:
+    """The slab of one rank: its particles in columns, with the halos of its neighbours.
+
+    Parameters
+    ----------
+    grid : Grid
+    particles : Particles
+    walls : list of MirrorWall
+    reach : float
+        Distance up to which walls mirror [m], the support radius.
+    box : tuple of (low, high)
+        What no particle may leave [m].
+    gravity : tuple of float
+        [m/s^2]
+    state : State
+    wetted : float
+        Largest height above a moving wall's hinge that can be wet [m].
+    communicator : Communicator
+    cuts : sequence of int
+        Column cuts between the ranks.
+    """
+
+    def __init__(self, grid, particles, walls, reach, box, gravity, state, wetted, communicator, cuts):
+        self.grid, self.particles, self.walls = grid, particles, walls
+        self.reach, self.box, self.gravity, self.state = reach, box, gravity, state
+        self.communicator = communicator
+        self.exchange = Exchange(communicator, particles)
+        self._bands = [wall.band(reach, wetted) for wall in walls]
+        self._close = np.zeros(64, np.int32)
+        self.starts = None
+        self.set_cuts(cuts)
+
+    def set_cuts(self, cuts):
+        """Own other columns from the next `arrange` on."""
+        self.cuts = tuple(cuts)
+        rank = self.communicator.rank
+        self.slab = Slab(self.grid, self.cuts[rank], self.cuts[rank + 1])
+        self._counts = np.zeros(self.slab.cells, np.int64)
+        self._near = self._cells_near_walls()
+
+    def _cells_near_walls(self):
+        slab, grid = self.slab, self.grid
+        near = np.zeros((slab.columns, *grid.shape[1:]), bool)
+        for low, high in self._bands:
+            index = []
+            for d, (a, b) in enumerate(zip(low, high, strict=True)):
+                edges = grid.low[d] + grid.cell * np.arange(grid.shape[d] + 1)
+                if d == 0:
+                    edges = edges[slab.first : slab.last + 1]
+                index.append((edges[1:] >= a) & (edges[:-1] <= b))
+            near |= reduce(np.logical_and.outer, index)
+        return near.ravel()
+
+    def arrange(self, time):
+        """Bring all particles into the order of (cell, tag), each on its rank, with their images at `time` [s]."""
+        left = self._assign()
+        if self.communicator.size > 1:
+            self._migrate(left)
+        self._mirror(time)
+        self._sort()
+
+    def _assign(self):
+        p, slab, grid = self.particles, self.slab, self.grid
+        if len(self._close) < len(p.tags):
+            self._close = np.zeros(len(p.tags), np.int32)
+        bad, left, self._close_count = assign_cells(
+            p.shared,
+            p.tags,
+            p.cells,
+            p.first,
+            p.last,
+            grid.low,
+            1.0 / grid.cell,
+            grid.shape,
+            *self.box,
+            slab.first * grid.stride,
+            slab.last * grid.stride,
+            self._near,
+            self._close,
+        )
+        if bad >= 0:
+            self._lost(bad, "left the domain")
+        return left
+
+    def _lost(self, row, how):
+        p = self.particles
+        position = p.field("position", slice(row, row + 1))[0]
+        velocity = p.field("velocity", slice(row, row + 1))[0]
+        place = ", ".join(f"{x:.6g}" for x in position)
+        speed = ", ".join(f"{v:.4g}" for v in velocity)
+        raise RunError(
+            f"particle {identities(p.tags[row])} {how}: position ({place}) m, velocity ({speed}) m/s",
+            why="the time step may be too long for the scene, or the domain too small for the flow",
+            cure="try a smaller time.cfl, or a larger domain",
+        )
+
+    def _migrate(self, left):
+        p = self.particles
+        leavers = {}
+        for direction in (LEFT, RIGHT):
+            rows = np.empty(left, np.int32)
+            leavers[direction] = rows[: collect_leavers(p.cells, p.first, p.last, direction, rows)]
+        last = p.last
+        self.exchange.migrate(leavers[LEFT], leavers[RIGHT])
+        grid, first_cell = self.grid, self.slab.first * self.grid.stride
+        if len(self._close) < len(p.tags):
+            self._close = np.resize(self._close, len(p.tags))
+        for row in range(last, p.last):
+            cell = cell_of(p.shared, row, grid.low, 1.0 / grid.cell, grid.shape) - first_cell
+            if not 0 <= cell < self.slab.cells:
+                self._lost(row, "crossed a whole slab in one step")
+            p.cells[row] = cell
+            if self._near[cell]:
+                self._close[self._close_count] = row
+                self._close_count += 1
+
+    def _mirror(self, time):
+        p, grid = self.particles, self.grid
+        first_ghost = p.last
+        place = grid.low, 1.0 / grid.cell, grid.shape, self.slab.first * grid.stride
+        for wall in self.walls:
+            wall.move(time)
+            p.reserve(p.last + self._close_count + p.last - first_ghost)
+            p.last, bad = wall_images(
+                p.shared,
+                p.tags,
+                p.cells,
+                self._close,
+                self._close_count,
+                first_ghost,
+                p.last,
+                p.layout.dim,
+                wall.numbers,
+                *wall.codes,
+                self.gravity,
+                self.state.constants,
+                place,
+                self.reach,
+            )
+            if bad >= 0:
+                self._lost(bad, f"crossed the {wall.name} wall")
+
+    def _sort(self):
+        p, slab, stride = self.particles, self.slab, self.grid.stride
+        count_cells(p.cells, p.first, p.last, self._counts)
+        before, after = self.exchange.edge_counts(self._counts, stride)
+        owned = int(self._counts.sum())
+        first = int(before.sum())
+        p.reserve(first + owned + int(after.sum()))
+        starts = np.empty((slab.columns + 2) * stride + 1, np.int64)
+        order_by_cell(p.cells, p.tags, p.first, p.last, self._counts, starts[stride:-stride], p.order)
+        starts[stride:-stride] += first
+        starts[0] = 0
+        np.cumsum(before[:-1], out=starts[1:stride])
+        np.cumsum(after, out=starts[-stride:])
+        starts[-stride:] += first + owned
+        gather_rows(p.order, owned, p.shared, p.private, p.tags, *p.spare, first)
+        p.swap(first, first + owned)
+        p.tags[:first] = FIRST_GHOST  # halos are nobody's targets
+        p.tags[first + owned : starts[-1]] = FIRST_GHOST
+        self.starts = starts
+
+    def start_halo(self):
+        """Begin to exchange the edge columns with the neighbours; see `finish_halo`."""
+        self.exchange.start_halo(self.starts, self.grid.stride)
+
+    def finish_halo(self):
+        """Wait until the halos are there."""
+        self.exchange.finish_halo()
+
+    def column_bounds(self):
+        """Return the row at which each owned column begins, and the end of the last, shape (columns + 1,)."""
+        stride = self.grid.stride
+        return self.starts[stride : len(self.starts) - stride : stride]
+
+    def rows_between(self, low, high):
+        """Return (first, last) row of the owned columns that touch the x-interval ``low..high`` [m], widened by a
+        column on both sides, since a particle may have moved a little after the sort.
+        """
+        bounds = self.column_bounds()
+        a, b = self.grid.column_of(np.array([low, high])) - self.slab.first + np.array([-1, 2])
+        a, b = np.clip([a, b], 0, len(bounds) - 1)
+        return int(bounds[a]), int(bounds[b])
+
+    def end_columns(self):
+        """Return how many columns at the left and at the right one rank must own together: those that the images of
+        end walls and their originals lie in.
+        """
+        return end_columns(self.grid, self._bands)
+
+    def column_counts(self):
+        """Return the number of particles in each column of the whole grid, on all ranks."""
+        mine = np.diff(self.column_bounds())
+        return np.concatenate(self.communicator.allgather(mine))
+
+    def balance(self, tolerance=1.05):
+        """Move the cuts if the ranks' shares differ; the particles follow in the next `arrange`.
+
+        Returns
+        -------
+        float
+            Largest share over mean share, before.
+        """
+        counts = self.column_counts().astype(float)
+        shares = np.add.reduceat(counts, self.cuts[:-1])
+        imbalance = float(shares.max() / shares.mean())
+        if imbalance > tolerance:
+            self.set_cuts(balanced_cuts(counts, self.communicator.size, *self.end_columns(), old=self.cuts))
+        return imbalance
+
+
+def end_columns(grid, bands):
+    """Return how many columns the outermost ranks must own for walls that stand across x, from their bands."""
+    left, right = 1, 1
+    middle = grid.low[0] + 0.5 * grid.cell * grid.columns
+    for low, high in bands:
+        if np.isfinite(low[0]):
+            if 0.5 * (low[0] + high[0]) < middle:
+                left = max(left, int(grid.column_of(high[0])) + 1)
+            else:
+                right = max(right, grid.columns - int(grid.column_of(low[0])))
+    return left, right

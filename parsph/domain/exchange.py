@@ -1,0 +1,91 @@
+"""What moves between neighbouring slabs: migrants and halos."""
+
+import numpy as np
+
+COUNTS, HALO, MIGRANTS = 1, 2, 3
+
+
+class Exchange:
+    """Messages with the left and the right neighbour.
+
+    A halo is a contiguous slice of rows, sent as it stands and received where it belongs. Its cell counts travel ahead,
+    while the own rows are being ordered.
+
+    Parameters
+    ----------
+    communicator : Communicator
+    particles : Particles
+    """
+
+    def __init__(self, communicator, particles):
+        self.communicator, self.particles = communicator, particles
+        rank, size = communicator.rank, communicator.size
+        self.left = rank - 1 if rank > 0 else None
+        self.right = rank + 1 if rank + 1 < size else None
+        self._requests = []
+        self.messages, self.bytes = 0, 0
+
+    def _send(self, array, rank, tag):
+        self.messages += 1
+        self.bytes += array.nbytes
+        return self.communicator.comm.Isend(array, rank, tag)
+
+    def migrate(self, to_left, to_right):
+        """Send the particles in the given rows to the neighbours, and append those that they send.
+
+        A message is a table of (shared row, private row, tag), as it is short and its length unknown to the receiver.
+        """
+        p, mpi = self.particles, self.communicator.mpi
+        requests, parcels = [], []
+        for rows, rank in ((to_left, self.left), (to_right, self.right)):
+            if rank is None:
+                continue
+            parcel = np.concatenate([p.shared[rows], p.private[rows], p.tags[rows].view(np.float64)[:, None]], axis=1)
+            parcels.append(parcel)
+            requests.append(self._send(parcel, rank, MIGRANTS))
+        for rank in (self.left, self.right):
+            if rank is None:
+                continue
+            status = mpi.Status()
+            message = self.communicator.comm.Mprobe(rank, MIGRANTS, status)
+            widths = p.shared.shape[1], p.private.shape[1]
+            table = np.empty((status.Get_count(mpi.DOUBLE) // (sum(widths) + 1), sum(widths) + 1))
+            message.Recv(table)
+            rows = slice(p.last, p.last + len(table))
+            p.reserve(rows.stop)
+            p.shared[rows] = table[:, : widths[0]]
+            p.private[rows] = table[:, widths[0] : -1]
+            p.tags[rows] = np.ascontiguousarray(table[:, -1]).view(np.int64)
+            p.last = rows.stop
+        mpi.Request.Waitall(requests)
+
+    def edge_counts(self, counts, stride):
+        """Return the counts per cell of the neighbours' edge columns, left and right, each of shape (stride,)."""
+        before, after = np.zeros(stride, np.int64), np.zeros(stride, np.int64)
+        requests, edges = [], []
+        for rank, halo, edge in ((self.left, before, counts[:stride]), (self.right, after, counts[-stride:])):
+            if rank is not None:
+                edges.append(edge.copy())
+                requests.append(self.communicator.comm.Irecv(halo, rank, COUNTS))
+                requests.append(self._send(edges[-1], rank, COUNTS))
+        if requests:
+            self.communicator.mpi.Request.Waitall(requests)
+        return before, after
+
+    def start_halo(self, starts, stride):
+        """Post the exchange of the edge columns; `starts` are the local cell starts, halo columns included."""
+        rows = self.particles.shared
+        comm = getattr(self.communicator, "comm", None)
+        if self.left is not None:
+            self._requests.append(comm.Irecv(rows[: starts[stride]], self.left, HALO))
+            self._requests.append(self._send(rows[starts[stride] : starts[2 * stride]], self.left, HALO))
+        if self.right is not None:
+            end = len(starts) - 1
+            self._requests.append(comm.Irecv(rows[starts[end - stride] : starts[end]], self.right, HALO))
+            self._requests.append(self._send(rows[starts[end - 2 * stride] : starts[end - stride]], self.right, HALO))
+
+    def finish_halo(self):
+        """Wait for the halos."""
+        if self._requests:
+            self.communicator.mpi.Request.Waitall(self._requests)
+            self._requests = []

@@ -1,0 +1,77 @@
+"""Who owns which columns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..columns import Grid
+from ..errors import SceneError
+
+
+@dataclass(frozen=True)
+class Slab:
+    """The columns ``first:last`` of a grid.
+
+    Local columns and cells begin one column before `first`, with the left halo; the last local column is the right halo.
+    """
+
+    grid: Grid
+    first: int
+    last: int
+
+    @property
+    def columns(self):
+        """Number of owned columns."""
+        return self.last - self.first
+
+    @property
+    def cells(self):
+        """Number of owned cells."""
+        return self.columns * self.grid.stride
+
+
+def balanced_cuts(cost, ranks, left=1, right=1, old=None):
+    """Return the cuts that share the columns among ranks at nearly equal cost.
+
+    Parameters
+    ----------
+    cost : ndarray, shape (columns,)
+        Cost of each column.
+    ranks : int
+    left, right : int
+        Columns that the first and the last rank must hold: those of the end walls and their images.
+    old : sequence of int, optional
+        Present cuts. A cut then moves at most to the next old one, so that particles only go to a neighbour.
+
+    Returns
+    -------
+    tuple of int
+        ``ranks + 1`` cuts; rank r owns the columns ``cuts[r]:cuts[r + 1]``.
+
+    Raises
+    ------
+    SceneError
+        When there are fewer columns than the ranks need.
+    """
+    columns = len(cost)
+    most = max(1, columns - left - right + 2)
+    if ranks > most:
+        raise SceneError(
+            f"too many ranks: {ranks} for {columns} columns of cells",
+            where="mpirun",
+            why=f"each rank needs a column, the first {left} and the last {right} of them for the end walls",
+            cure=f"use at most {most} ranks, or a finer resolution",
+        )
+    total = np.concatenate([[0.0], np.cumsum(cost)])
+    cuts = [0]
+    for rank in range(1, ranks):
+        target = total[-1] * rank / ranks
+        cut = int(np.searchsorted(total, target))
+        if cut > 0 and target - total[cut - 1] < total[cut] - target:
+            cut -= 1
+        low = max(cuts[-1] + 1, left + rank - 1)
+        high = columns - right - (ranks - 1 - rank)
+        if old is not None:
+            low, high = max(low, old[rank - 1] + 1), min(high, old[rank + 1] - 1)
+        cuts.append(min(max(cut, low), high))
+    return (*cuts, columns)

@@ -1,0 +1,66 @@
+"""The one exception family: each message says where, what is wrong, why, and what would be right."""
+
+import textwrap
+
+
+class ParsphError(Exception):
+    """A failure with a message for the user.
+
+    Parameters
+    ----------
+    what : str
+        What is wrong, in lower case and without a full stop.
+    where : str, optional
+        The scene key, file or particle that is meant.
+    why : str, optional
+        The reason, physics included.
+    cure : str, optional
+        What would be right.
+    """
+
+    exit_code = 1
+
+    def __init__(self, what, where="", why="", cure=""):
+        self.what, self.where, self.why, self.cure = what, where, why, cure
+        super().__init__(str(self))
+
+    def __str__(self):
+        head = f"{self.where}: {self.what}" if self.where else self.what
+        return "; ".join(part for part in (head, self.why, self.cure) if part)
+
+    def __reduce__(self):  # so that it travels between ranks whole
+        return (type(self), (self.what, self.where, self.why, self.cure))
+
+
+class SceneError(ParsphError):
+    """Bad input: nothing was run and nothing was written (exit code 2)."""
+
+    exit_code = 2
+
+
+class SceneFaults(SceneError):
+    """All faults of one scene at once.
+
+    Parameters
+    ----------
+    faults : list of SceneError
+    """
+
+    def __init__(self, faults):
+        self.faults = list(faults)
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+    def __str__(self):
+        return "\n".join(str(fault) for fault in self.faults)
+
+    def __reduce__(self):
+        return (type(self), (self.faults,))
+
+
+class RunError(ParsphError):
+    """A run that went wrong while it ran; the last good output is kept (exit code 1)."""
+
+
+def paragraph(error, width=100):
+    """The text of an error as one wrapped paragraph per fault, headed ``error:``."""
+    return "\n".join(textwrap.fill(f"error: {line}", width, subsequent_indent="  ") for line in str(error).splitlines())

@@ -1,0 +1,1 @@
+"""Files: snapshots, gauge tables, the output folder."""

@@ -1,0 +1,151 @@
+"""The only MPI start-up and abort hook; serial runs need no MPI library.
+
+Communication goes through a `Communicator`, so the rest of the code never asks whether MPI is there.
+"""
+
+import os
+import sys
+import traceback
+from importlib.util import find_spec
+
+import numpy as np
+
+from .errors import ParsphError, SceneError
+
+# What launchers (MPICH/Hydra, Open MPI, PMIx, Intel MPI, Slurm's srun with PMI) tell the processes they start.
+_LAUNCHER_SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
+
+
+class Communicator:
+    """One rank alone: every collective is the identity."""
+
+    size, rank, node_rank = 1, 0, 0
+    mpi = None
+
+    def barrier(self):
+        """Wait for all ranks."""
+
+    def gather(self, item):
+        """Return the list of every rank's `item` on rank 0, None elsewhere."""
+        return [item]
+
+    def allgather(self, item):
+        """Return the list of every rank's `item` on all ranks."""
+        return [item]
+
+    def broadcast(self, item):
+        """Return rank 0's `item` on all ranks."""
+        return item
+
+    def minimum(self, value):
+        """Return the smallest `value` of all ranks."""
+        return value
+
+    def send(self, item, rank):
+        """Send a picklable `item` to `rank`."""
+        raise RuntimeError("one rank has nobody to send to")
+
+    receive = send
+
+    def stack(self, array):
+        """Return every rank's rows on rank 0, in rank order; an array without rows elsewhere."""
+        return array
+
+    def on_root(self, action):
+        """Run ``action()`` on rank 0 and return its result on all ranks; its error is raised on all ranks."""
+        outcome = None
+        if self.rank == 0:
+            try:
+                outcome = action()
+            except (ParsphError, OSError) as error:
+                outcome = error
+        outcome = self.broadcast(outcome)
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+    def abort(self, code):
+        """End the whole job with exit `code`."""
+        os._exit(code)
+
+
+class MpiCommunicator(Communicator):
+    """All ranks of an MPI job."""
+
+    def __init__(self, mpi):
+        self.mpi = mpi
+        self.comm = mpi.COMM_WORLD
+        self.size, self.rank = self.comm.Get_size(), self.comm.Get_rank()
+        self.node_rank = self.comm.Split_type(mpi.COMM_TYPE_SHARED).Get_rank()
+
+    def barrier(self):
+        self.comm.Barrier()
+
+    def gather(self, item):
+        return self.comm.gather(item)
+
+    def allgather(self, item):
+        return self.comm.allgather(item)
+
+    def broadcast(self, item):
+        return self.comm.bcast(item)
+
+    def minimum(self, value):
+        return self.comm.allreduce(value, self.mpi.MIN)
+
+    def send(self, item, rank):
+        self.comm.send(item, rank, tag=9)
+
+    def receive(self, rank):
+        return self.comm.recv(source=rank, tag=9)
+
+    def stack(self, array):
+        parts = self.comm.gather(array)
+        return np.concatenate(parts) if self.rank == 0 else array[:0]
+
+    def abort(self, code):
+        self.comm.Abort(code)
+
+
+def launched_ranks():
+    """Return the number of ranks a launcher announces in the environment, 1 without one."""
+    sizes = [os.environ.get(name, "") for name in _LAUNCHER_SIZES]
+    if os.environ.get("PMIX_RANK") or os.environ.get("SLURM_STEP_ID"):
+        sizes.append(os.environ.get("SLURM_STEP_NUM_TASKS", ""))
+    return max([int(size) for size in sizes if size.isdigit()], default=1)
+
+
+def start():
+    """Return the communicator of this process: MPI where a launcher started it, else one rank alone.
+
+    Raises
+    ------
+    SceneError
+        When several ranks were launched and no mpi4py is there to connect them.
+    """
+    ranks = launched_ranks()
+    if ranks == 1 and "mpi4py.MPI" not in sys.modules:
+        return Communicator()
+    if find_spec("mpi4py") is None:
+        raise SceneError(
+            f"{ranks} ranks were launched, but mpi4py is not installed",
+            where="mpirun",
+            why="without it every rank would run the whole scene alone",
+            cure="install the extra: pip install 'parsph[mpi]'",
+        )
+    from mpi4py import MPI
+
+    return MpiCommunicator(MPI) if MPI.COMM_WORLD.Get_size() > 1 else Communicator()
+
+
+def end_job_on_error(communicator):
+    """Let any uncaught exception on any rank end the whole job at once, with its traceback."""
+    if communicator.size == 1:
+        return
+
+    def hook(kind, error, trace):
+        sys.stderr.write(f"rank {communicator.rank}:\n" + "".join(traceback.format_exception(kind, error, trace)))
+        sys.stderr.flush()
+        communicator.abort(1)
+
+    sys.excepthook = hook

@@ -1,0 +1,193 @@
+"""The table of fields and the arrays that it describes.
+
+A particle is one row of `shared` (what a neighbour needs to know of it, so what a halo carries) and one row of `private`
+(what only its owner needs: the values at the beginning of the step). Rows make a halo one contiguous slice, and a sort one
+cache line per particle. A new field is one line of the table.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Field:
+    """One quantity per particle.
+
+    Attributes
+    ----------
+    name : str
+    rank : int
+        0 for a scalar, 1 for a vector of `dim` components.
+    unit : str
+    description : str
+    part : str
+        "shared" (halo and migration), "private" (migration only).
+    snapshot : bool
+        Whether snapshots hold it.
+    needed_by : str
+        The integrator that needs it; empty when every scene does.
+    """
+
+    name: str
+    rank: int
+    unit: str
+    description: str
+    part: str = "shared"
+    snapshot: bool = False
+    needed_by: str = ""
+
+
+# Compiled code relies on the order of the first four: position, velocity, density, pressure.
+FIELDS = (
+    Field("position", 1, "m", "position"),
+    Field("velocity", 1, "m/s", "velocity", snapshot=True),
+    Field("density", 0, "kg/m^3", "density", snapshot=True),
+    Field("pressure", 0, "Pa", "pressure from the equation of state", snapshot=True),
+    Field("mass", 0, "kg", "mass, per metre of width in 2D and per square metre of cross-section in 1D"),
+    Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private"),
+    Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private"),
+    Field("start_position", 1, "m", "position at the beginning of the step", "private", needed_by="midpoint"),
+)
+
+# A tag is `image << IMAGE_SHIFT | id`: fluid first in every cell, then its images, all in an order of their own.
+IMAGE_SHIFT = 48
+FIRST_GHOST = 1 << IMAGE_SHIFT
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where each field of a scene stands in its row.
+
+    Parameters
+    ----------
+    dim : int
+        Number of space dimensions.
+    integrator : str
+        Name of the integrator, which decides what of the beginning of a step is kept.
+    """
+
+    dim: int
+    integrator: str
+
+    @property
+    def fields(self):
+        """The fields that this scene needs."""
+        return [field for field in FIELDS if field.needed_by in ("", self.integrator)]
+
+    def width(self, part):
+        """Return the number of numbers in a row of `part`."""
+        return sum(self.components(field) for field in self.fields if field.part == part)
+
+    def components(self, field):
+        """Return the number of components of `field`."""
+        return self.dim if field.rank else 1
+
+    def columns(self, name):
+        """Return (part, slice) of the field `name`."""
+        first = {"shared": 0, "private": 0}
+        for field in self.fields:
+            last = first[field.part] + self.components(field)
+            if field.name == name:
+                return field.part, slice(first[field.part], last)
+            first[field.part] = last
+        raise KeyError(name)
+
+    def bytes_per_particle(self):
+        """Return the bytes of one particle in all arrays that grow with the particles: rows twice (a sort needs
+        both), tags twice, cell, order and rates.
+        """
+        rows = 8 * (self.width("shared") + self.width("private"))
+        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.dim + 1)
+
+
+class Particles:
+    """The particles of one rank, in the order of (cell, tag), with room for halos on both sides.
+
+    Attributes
+    ----------
+    shared, private : ndarray, shape (capacity, width)
+    tags : ndarray of int64, shape (capacity,)
+    cells : ndarray of int32, shape (capacity,)
+        Cell of each particle that is to be sorted.
+    first, last : int
+        The owned particles (ghosts included) are the rows ``first:last``.
+    """
+
+    def __init__(self, layout, capacity=64):
+        self.layout = layout
+        self.first = self.last = 0
+        self.shared = np.zeros((0, layout.width("shared")))
+        self.private = np.zeros((0, layout.width("private")))
+        self.tags = np.zeros(0, np.int64)
+        self._spare = {name: getattr(self, name) for name in ("shared", "private", "tags")}
+        self.cells = np.zeros(0, np.int32)
+        self.order = np.zeros(0, np.int32)
+        self.acceleration = np.zeros((0, layout.dim))
+        self.density_rate = np.zeros(0)
+        self.drift = np.zeros((0, layout.dim))
+        self.reserve(capacity)
+
+    def reserve(self, capacity, drift=False):
+        """Make room for `capacity` rows, keeping what is there."""
+        if capacity <= len(self.tags):
+            return
+        capacity = int(1.15 * capacity) + 64
+        for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
+            setattr(self, name, _enlarged(getattr(self, name), capacity))
+        if len(self.drift):
+            self.drift = _enlarged(self.drift, capacity)
+        self._spare = {name: np.zeros_like(array) for name, array in self._spare_like().items()}
+        self.order = np.zeros(capacity, np.int32)
+
+    def _spare_like(self):
+        return {"shared": self.shared, "private": self.private, "tags": self.tags}
+
+    @property
+    def spare(self):
+        """The arrays that a sort writes into: (shared, private, tags)."""
+        return self._spare["shared"], self._spare["private"], self._spare["tags"]
+
+    def swap(self, first, last):
+        """Make the sorted arrays the current ones; the owned rows are then ``first:last``."""
+        sorted_arrays, self._spare = self._spare, self._spare_like()
+        self.shared, self.private, self.tags = (sorted_arrays[name] for name in ("shared", "private", "tags"))
+        self.first, self.last = first, last
+
+    def add(self, tags, **fields):
+        """Append owned particles with the given `tags` (int64, shape (n,)) and fields, shapes (n,) or (n, dim)."""
+        count = len(tags)
+        self.reserve(self.last + count)
+        rows = slice(self.last, self.last + count)
+        self.tags[rows] = tags
+        for name, values in fields.items():
+            part, columns = self.layout.columns(name)
+            getattr(self, part)[rows, columns] = np.reshape(values, (count, -1))
+        self.last += count
+
+    @property
+    def fluid(self):
+        """Row numbers of the owned fluid particles, in sorted order, shape (n,)."""
+        return self.first + np.flatnonzero(self.tags[self.first : self.last] < FIRST_GHOST)
+
+    def field(self, name, rows):
+        """Return the field `name` of the given `rows`, shape (n,) or (n, dim)."""
+        part, columns = self.layout.columns(name)
+        values = getattr(self, part)[rows, columns]
+        return values if columns.stop - columns.start > 1 or name in ("position", "velocity") else values[:, 0]
+
+
+def _enlarged(array, capacity):
+    larger = np.zeros((capacity, *array.shape[1:]), array.dtype)
+    larger[: len(array)] = array
+    return larger
+
+
+def identities(tags):
+    """Return the particle numbers in `tags`."""
+    return tags & (FIRST_GHOST - 1)
+
+
+def kinds(tags):
+    """Return the kinds in `tags`: 0 for fluid, else the bits of the walls that mirror it."""
+    return tags >> IMAGE_SHIFT

@@ -1,0 +1,129 @@
+"""What is printed while a scene runs, and before and after it.
+
+On a terminal: a progress bar on stderr. In a job log: plain lines, flushed, since users watch job logs.
+"""
+
+import os
+import sys
+import time
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table as RichTable
+
+from .io.gauges import EnergyGauge
+from .observers import Observer
+
+BAR_STEPS = 20
+
+
+class ProgressLog(Observer):
+    """Progress on a terminal, log lines elsewhere; rank 0 prints, all ranks take part in the sums.
+
+    Lines come at intervals of the flow's time, not of the clock, so that all ranks agree on them; they do not shorten steps.
+
+    Parameters
+    ----------
+    every : float
+        Interval of log lines [s of the flow].
+    end : float
+        End of the run [s].
+    """
+
+    phase = "log"
+
+    def __init__(self, every, end):
+        super().__init__(every)
+        self.end = end
+        self.bar = None
+        self._energy = None
+
+    @property
+    def next(self):
+        return float("inf")
+
+    def begin(self, simulation):
+        self._clock, self._evaluations = time.perf_counter(), 0
+        low, high = (-float("inf"),) * simulation.sweep.dim, (float("inf"),) * simulation.sweep.dim
+        self._energy = EnergyGauge("log", None, low, high)
+        self.total = sum(simulation.communicator.allgather(len(simulation.particles.fluid)))
+        if simulation.communicator.rank == 0 and sys.stderr.isatty():
+            columns = "t = {task.completed:.3f} of {task.total:g} s", "{task.fields[rate]}"
+            self.bar = Progress(
+                TextColumn(columns[0]),
+                BarColumn(),
+                TextColumn(columns[1]),
+                TimeRemainingColumn(),
+                console=Console(stderr=True),
+            )
+            self.bar.start()
+            self.task = self.bar.add_task("", total=self.end, rate="")
+
+    def due(self, time):
+        if self.bar:
+            self.bar.update(self.task, completed=time)
+        return super().due(time)
+
+    def observe(self, simulation):
+        energies = self._energy.measure(simulation)
+        if simulation.communicator.rank:
+            return
+        now, t = time.perf_counter(), simulation.time
+        spent, steps = now - self._clock, simulation.steps
+        rate = self.total * simulation.evaluations / spent if spent > 0 else 0.0
+        left = spent * (self.end - t) / t if t > 0 else float("nan")
+        text = f"{rate / 1e6:.2f} M evaluations/s"
+        if self.bar:
+            self.bar.update(self.task, completed=t, rate=text)
+            return
+        print(
+            f"t = {t:9.4f} s  {100 * t / self.end if self.end else 100:5.1f} %  step {steps:8d}  "
+            f"dt {simulation.last_dt:.2e} s  {text}  imbalance {simulation.imbalance:.2f}  "
+            f"kinetic {energies[1]:.4g} J  eta {duration(left)}",
+            flush=True,
+        )
+
+    def finish(self, simulation):
+        self.close()
+
+    def close(self):
+        """Leave the terminal as it was."""
+        if self.bar:
+            self.bar.stop()
+            self.bar = None
+
+
+def duration(seconds):
+    """Return a duration as text, "1:02:03" or "4.2 s"."""
+    if not seconds < 1e9:
+        return "?"
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}"
+
+
+def size_text(count):
+    """Return a number of bytes as text."""
+    for unit in ("B", "kB", "MB", "GB", "TB"):
+        if count < 1000 or unit == "TB":
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return ""
+
+
+def phase_table(timers, communicator, wall):
+    """Return the table of time per phase, smallest, mean and largest over ranks."""
+    table = RichTable(title="time per phase, in seconds, over ranks", title_justify="left")
+    for name in ("phase", "min", "mean", "max", "share"):
+        table.add_column(name, justify="left" if name == "phase" else "right")
+    for phase, (low, mean, high) in sorted(timers.over_ranks(communicator).items(), key=lambda item: -item[1][1]):
+        table.add_row(phase, f"{low:.2f}", f"{mean:.2f}", f"{high:.2f}", f"{100 * mean / wall if wall else 0:.0f} %")
+    return table
+
+
+def console():
+    """Return a console for stdout that does not wrap tables narrower in a log than they need."""
+    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 120
+    return Console(width=width, highlight=False, soft_wrap=not sys.stdout.isatty())

@@ -1,0 +1,220 @@
+"""A whole run: folder, start summary, the run itself, end summary."""
+
+import json
+import platform
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from . import __version__, parallel
+from .io.folder import output_folder
+from .jit import compilations
+from .parallel import Communicator
+from .progress import ProgressLog, console, duration, phase_table, size_text
+from .scene.build import build, palette_of
+from .scene.load import load_scene, scene_name, scene_text
+from .scene.plan import costs
+from .waves import flap_transfer, wavenumber
+
+
+@dataclass
+class Finished:
+    """What a run leaves: the simulation (gauges hold their records), its folder, and the summary that was printed."""
+
+    simulation: object
+    folder: Path
+    summary: dict
+
+
+def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False, communicator=None):
+    """Run a scene from beginning to end, with files and summaries.
+
+    Parameters
+    ----------
+    source, overrides
+        As `parsph.load_scene`.
+    out : path, optional
+        Output folder; default ``runs/<scene>-<NNN>``.
+    overwrite : bool
+        Whether `out` may be emptied.
+    ranks_info : bool
+        Whether to print what each rank owns.
+    communicator : Communicator, optional
+
+    Returns
+    -------
+    Finished
+
+    Raises
+    ------
+    SceneError
+        Bad input; nothing was written.
+    RunError
+        The run went wrong; the last good snapshot is kept.
+    """
+    communicator = communicator or parallel.start()
+    scene = load_scene(source, overrides)
+    build(scene, communicator)  # whatever speaks against it must do so before a folder is made
+    name = scene_name(source)
+    folder = communicator.on_root(lambda: output_folder(name, out, overwrite))
+    communicator.on_root(lambda: (folder / "scene.json").write_text(scene_text(scene), encoding="utf-8"))
+    loading = time.perf_counter()
+    compiled = load_code(scene, communicator)
+    loading = time.perf_counter() - loading
+    simulation = build(scene, communicator, folder)
+    log = ProgressLog(scene.log_interval, scene.time.end)
+    simulation.observers.append(log)
+    if communicator.rank == 0:
+        _print_start(scene, simulation, folder, name, loading, compiled)
+    if ranks_info:
+        _print_ranks(simulation)
+    begin = time.perf_counter()
+    try:
+        simulation.run()
+    finally:
+        log.close()
+    summary = _summary(scene, simulation, folder, name, time.perf_counter() - begin, log.total)
+    if communicator.rank == 0:
+        (folder / "summary.json").write_text(json.dumps(summary, indent=1), encoding="utf-8")
+    _print_end(simulation, summary)
+    return Finished(simulation, folder, summary)
+
+
+def load_code(scene, communicator):
+    """Compile what the scene needs, or load it from the cache: first one rank per node, then the others.
+
+    Returns
+    -------
+    int
+        How many functions this rank had to compile.
+    """
+    before = compilations()
+    if communicator.node_rank == 0:
+        _touch_code(scene)
+    communicator.barrier()
+    if communicator.node_rank != 0:
+        _touch_code(scene)
+    return compilations() - before
+
+
+def _touch_code(scene):
+    """Make a step with a handful of particles of the same scene, all kinds of walls, zones and gauges included."""
+    dx = scene.numerics.dx
+    corner = [min(block.low[d] for block in scene.fluid.blocks) for d in range(scene.dim)]
+    tiny = {"low": corner, "high": [low + 1.01 * dx for low in corner]}
+    keys = json.loads(scene_text(scene))
+    keys["fluid"] = {**keys["fluid"], "blocks": [tiny], "level": scene.level}
+    keys["numerics"]["c0"] = scene.c0
+    keys["gauges"] = [_moved(gauge, corner) for gauge in keys["gauges"]]
+    model = type(scene).model_validate(keys)
+    simulation = build(model, Communicator())
+    simulation.prepare()
+    simulation.step(1e-9)
+
+
+def _moved(gauge, place):
+    """Return a gauge's keys with its place where the handful of particles is."""
+    point = {"point": place} if "point" in gauge else {}
+    return {**gauge, **point, **{key: place[d] for d, key in enumerate("xy") if gauge.get(key) is not None}}
+
+
+def _print_start(scene, simulation, folder, name, loading, compiled):
+    layout, out = simulation.particles.layout, console()
+    total = costs(scene)["particles"]
+    size = total * layout.bytes_per_particle()
+    step = simulation.first_step()
+    how = f"compiled {compiled} functions in" if compiled else "compiled code loaded in"
+    out.print(f"parsph {__version__}: {name} - {scene.title or 'no title'}")
+    out.print(
+        f"  {total:,} particles, dx = {scene.numerics.dx:g} m, h = {scene.h:g} m, c0 = {scene.c0:.4g} m/s, {scene.dim}D; "
+        f"{layout.bytes_per_particle()} bytes per particle, {size_text(size)}"
+    )
+    out.print(
+        f"  to t = {scene.time.end:g} s: about {scene.time.end / step:,.0f} steps of {step:.3g} s ({simulation.integrator.name}), "
+        f"{simulation.communicator.size} rank(s) on {platform.node()}, {how} {loading:.1f} s"
+    )
+    out.print(f"  output: {folder}")
+
+
+def _print_ranks(simulation):
+    slab, p = simulation.domain.slab, simulation.particles
+    mine = (
+        f"columns {slab.first}:{slab.last}, {len(p.fluid):,} particles, node rank {simulation.communicator.node_rank}"
+    )
+    lines = simulation.communicator.gather(f"{platform.node()}, {mine}")
+    if simulation.communicator.rank == 0:
+        for rank, line in enumerate(lines):
+            print(f"  rank {rank}: {line}", flush=True)
+
+
+def _summary(scene, simulation, folder, name, wall, particles):
+    comm = simulation.communicator
+    exchange = simulation.domain.exchange
+    messages, sent = np.sum(comm.allgather((exchange.messages, exchange.bytes)), axis=0)
+    evaluations = particles * simulation.evaluations
+    summary = {
+        "scene": name,
+        "version": __version__,
+        "particles": particles,
+        "ranks": comm.size,
+        "time [s]": simulation.time,
+        "steps": simulation.steps,
+        "wall [s]": wall,
+        "evaluations": evaluations,
+        "evaluations per second and rank": evaluations / wall / comm.size if wall else 0.0,
+        "messages per step": float(messages) / max(simulation.steps, 1),
+        "bytes sent per step": float(sent) / max(simulation.steps, 1),
+        "phases [s]": simulation.timers.over_ranks(comm),
+        "folder": str(folder),
+    }
+    if comm.rank == 0:
+        summary["files"] = sum(1 for path in folder.rglob("*") if path.is_file())
+        summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+        summary.update(wave_heights(scene, simulation))
+    return summary
+
+
+def wave_heights(scene, simulation):
+    """Return the height at each level gauge over the last two periods, and the far-field theory, for palette scenes.
+
+    Theory: Biesel's transfer function times the stroke at the still-water level. Empty when the scene has no continuous
+    palette, no level gauge, or is shorter than the start-up and two periods.
+    """
+    palette = palette_of(scene)
+    gauges = [g for g in simulation.observers if getattr(g, "columns", ()) == ("level [m]",)]
+    if palette is None or palette.single or not gauges or scene.time.end < 6 * palette.period:
+        return {}
+    kd = wavenumber(2 * np.pi / palette.period, scene.depth, scene.domain.gravity) * scene.depth
+    stroke = 2 * palette.reach(scene.depth)
+    heights = {}
+    for gauge in gauges:
+        t, level = gauge.record().T
+        late = t > t[-1] - 2 * palette.period
+        heights[f"{gauge.name} (x = {gauge.place[0]:g} m)"] = mean_height(t[late], level[late], palette.period)
+    return {"wave height, theory [m]": stroke * flap_transfer(kd), "wave height [m]": heights}
+
+
+def mean_height(t, level, period):
+    """Return the mean of crest minus trough over the whole periods in a record, t [s], level [m]."""
+    number = np.floor((t - t[0]) / period + 1e-9).astype(int)
+    whole = int((t[-1] - t[0]) / period + 1e-6)
+    return float(np.mean([np.ptp(level[number == k]) for k in range(max(whole, 1))]))
+
+
+def _print_end(simulation, summary):
+    table = phase_table(simulation.timers, simulation.communicator, summary["wall [s]"])
+    if simulation.communicator.rank:
+        return
+    out = console()
+    out.print(table)
+    rate = summary["evaluations per second and rank"] / 1e6
+    out.print(
+        f"{summary['steps']:,} steps, {duration(summary['wall [s]'])}, {rate:.2f} M evaluations/s per core; "
+        f"{summary['files']} files, {size_text(summary['bytes written'])} in {summary['folder']}"
+    )
+    if "wave height [m]" in summary:
+        out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")
+        for gauge, height in summary["wave height [m]"].items():
+            out.print(f"  {gauge}: {height:.4f} m")

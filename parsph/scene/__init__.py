@@ -1,0 +1,1 @@
+"""Scenes: schema, loading and checks, and what they are built into."""

@@ -1,0 +1,203 @@
+"""From a scene to a simulation: geometry, walls, particles, observers."""
+
+import math
+
+import numpy as np
+
+from .. import parallel
+from ..columns import Grid
+from ..damping import DampingZone
+from ..domain import Domain, balanced_cuts
+from ..domain.domain import end_columns
+from ..io.gauges import EnergyGauge, LevelGauge, PressureGauge
+from ..io.snapshots import SnapshotWriter
+from ..particles import Layout, Particles
+from ..simulation import Simulation
+from ..states import State
+from ..stepping import INTEGRATORS
+from ..sweep import Sweep
+from ..terms import DIFFUSIONS, NONE, VISCOSITIES, XSPH, Terms
+from ..walls import MirrorWall
+from ..wavemakers import Palette
+from ..waves import Seiche
+from .check import gauge_name
+from .lattice import Lattice
+from .load import scene_text
+
+# Side walls come first, so that the bed mirrors their images too: corners come of themselves.
+_SIDES = (("left", 0, 1), ("right", 0, -1), ("front", 1, 1), ("back", 1, -1), ("bottom", -1, 1), ("top", -1, -1))
+
+
+def build(scene, communicator=None, folder=None):
+    """Return the `Simulation` of a scene, ready to run.
+
+    Parameters
+    ----------
+    scene : Scene
+        From `load_scene`.
+    communicator : Communicator, optional
+        Default: all ranks of the job.
+    folder : Path, optional
+        Where snapshots and gauge tables go; without one nothing is written, gauges keep their records in memory.
+
+    Raises
+    ------
+    SceneError
+        When there are too many ranks for the columns.
+    """
+    communicator = communicator or parallel.start()
+    state = state_of(scene)
+    walls = walls_of(scene)
+    grid, box = grid_of(scene)
+    reach = scene.kernel.support * scene.h
+    bands = [wall.band(reach, scene.domain.size[-1]) for wall in walls]
+    lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
+    cuts = balanced_cuts(_line_counts(grid, lattices), communicator.size, *end_columns(grid, bands))
+    particles = Particles(Layout(scene.dim, scene.numerics.integrator))
+    _fill(particles, scene, state, grid, lattices, cuts[communicator.rank], cuts[communicator.rank + 1])
+    terms = terms_of(scene)
+    if terms.smoothing is not NONE:
+        particles.drift = np.zeros((len(particles.tags), scene.dim))
+    domain = Domain(grid, particles, walls, reach, box, scene.gravity, state, scene.domain.size[-1], communicator, cuts)
+    n = scene.numerics
+    sweep = Sweep(
+        scene.kernel,
+        terms,
+        scene.dim,
+        scene.h,
+        scene.fluid.rho0,
+        scene.c0,
+        scene.gravity,
+        n.alpha,
+        n.delta,
+        n.xsph,
+        n.precision == "float32",
+    )
+    simulation = Simulation(
+        domain,
+        sweep,
+        state,
+        INTEGRATORS[n.integrator](),
+        [_zone(scene, zone) for zone in scene.damping],
+        scene.time.end,
+        scene.time.dt,
+        scene.cfl,
+        n.density_range,
+    )
+    simulation.observers += gauges_of(scene, folder)
+    if folder is not None and scene.snapshot_interval:
+        simulation.observers.append(
+            SnapshotWriter(folder, scene.snapshot_interval, scene_text(scene), scene.output.snapshots.precision)
+        )
+    return simulation
+
+
+def state_of(scene):
+    """Return the equation of state."""
+    return State(scene.numerics.state, scene.fluid.rho0, scene.c0, scene.numerics.gamma)
+
+
+def terms_of(scene):
+    """Return the terms that the scene names."""
+    n = scene.numerics
+    return Terms(VISCOSITIES[n.viscosity], DIFFUSIONS[n.diffusion], XSPH if n.xsph else NONE)
+
+
+def walls_of(scene):
+    """Return the mirror walls, side walls first."""
+    walls, size = [], scene.domain.size
+    for bit, (side, axis, direction) in enumerate(_SIDES):
+        wall = getattr(scene.walls, side)
+        if wall is None:
+            continue
+        point, normal = [0.0] * scene.dim, [0.0] * scene.dim
+        point[axis] = 0.0 if direction > 0 else size[axis]
+        normal[axis] = float(direction)
+        motion = palette_of(scene) if side == "left" else None
+        walls.append(MirrorWall(side, tuple(point), tuple(normal), wall.law, wall.slip, 1 << bit, motion))
+    return walls
+
+
+def palette_of(scene):
+    """Return the wavemaker, or None."""
+    maker = scene.wavemaker
+    if maker is None:
+        return None
+    hinge = (0.0,) * scene.dim
+    return Palette(hinge, math.radians(maker.amplitude), maker.period, maker.ramp, maker.motion == "single")
+
+
+def grid_of(scene):
+    """Return the grid and the box, (low, high) [m], that no particle may leave."""
+    palette = palette_of(scene)
+    low = [0.0] * scene.dim
+    if palette:
+        low[0] -= palette.reach(scene.domain.size[-1])
+    box = tuple(low), tuple(map(float, scene.domain.size))
+    return Grid.around(*box, scene.kernel.support * scene.h), box
+
+
+def gauges_of(scene, folder):
+    """Return the gauges, with their tables in `folder`."""
+    gauges, size = [], scene.domain.size
+    open_low, open_high = (-math.inf,) * scene.dim, (math.inf,) * scene.dim
+    low, high = list(open_low), list(open_high)
+    for side, axis, direction in _SIDES:
+        if getattr(scene.walls, side) is not None and not (side == "left" and scene.wavemaker):
+            (low if direction > 0 else high)[axis] = 0.0 if direction > 0 else size[axis]
+    for number, gauge in enumerate(scene.gauges):
+        head = gauge_name(gauge, number), gauge.every
+        if gauge.kind == "level":
+            place = (gauge.x,) if gauge.y is None else (gauge.x, gauge.y)
+            gauges.append(LevelGauge(*head, place, (low, high), folder))
+        elif gauge.kind == "pressure":
+            gauges.append(PressureGauge(*head, gauge.point, folder))
+        else:
+            gauges.append(EnergyGauge(*head, gauge.low or open_low, gauge.high or open_high, folder))
+    return gauges
+
+
+def _zone(scene, zone):
+    left = zone.side == "left"
+    return DampingZone(
+        start=zone.length if left else scene.domain.size[0] - zone.length,
+        direction=-1 if left else 1,
+        length=zone.length,
+        h=scene.h,
+        sigma0=(zone.v_ref or scene.c0) / zone.length,
+        with_density=zone.density,
+        level=scene.level,
+        weight=scene.fluid.rho0 * abs(scene.gravity[-1]),
+        state=state_of(scene).constants,
+    )
+
+
+def _line_counts(grid, lattices):
+    """Return the number of particles that each column begins with."""
+    counts = np.zeros(grid.columns)
+    for lattice in lattices:
+        np.add.at(counts, grid.column_of(lattice.x()), lattice.per_line)
+    return counts
+
+
+def _fill(particles, scene, state, grid, lattices, first_column, last_column):
+    """Add the particles of the columns ``first_column:last_column``."""
+    number = 0
+    for block, lattice in zip(scene.fluid.blocks, lattices, strict=True):
+        columns = grid.column_of(lattice.x())
+        ids, position = lattice.lines((columns >= first_column) & (columns < last_column))
+        velocity = np.zeros_like(position)
+        if block.initial == "seiche":
+            length, depth = np.subtract(block.high, block.low)
+            seiche = Seiche(length, depth, block.amplitude, scene.domain.gravity)
+            velocity = seiche.velocity(position - np.array(block.low))
+        still = scene.fluid.rho0 * abs(scene.gravity[-1]) * (scene.level - position[:, -1])
+        density = state.density(np.maximum(still, 0.0))
+        particles.add(
+            number + ids,
+            position=position,
+            velocity=velocity,
+            density=density,
+            mass=density * math.prod(lattice.step),
+        )
+        number += lattice.count

@@ -1,0 +1,189 @@
+"""The physics of a scene's keys: what fits together, with limits and units."""
+
+import math
+
+import numpy as np
+
+from ..errors import SceneError
+from ..stepping import INTEGRATORS, time_step_limit
+from .lattice import Lattice
+
+SIDES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
+
+
+def faults_of(scene):
+    """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
+    return [*_shapes(scene), *_numerics(scene)] or [
+        *_geometry(scene),
+        *_wavemaker(scene),
+        *_damping(scene),
+        *_gauges(scene),
+    ]
+
+
+def _vector(where, values, dim):
+    if values is not None and len(values) != dim:
+        return [
+            SceneError(f"has {len(values)} components", where=where, cure=f"this scene has {dim}, as domain.size says")
+        ]
+    return []
+
+
+def _shapes(scene):
+    """Numbers of components."""
+    faults = []
+    for d, size in enumerate(scene.domain.size):
+        if size <= 0:
+            faults.append(SceneError(f"must be > 0 m, not {size}", where=f"domain.size.{d}"))
+    for number, block in enumerate(scene.fluid.blocks):
+        faults += _vector(f"fluid.blocks.{number}.low", block.low, scene.dim)
+        faults += _vector(f"fluid.blocks.{number}.high", block.high, scene.dim)
+    for number, gauge in enumerate(scene.gauges):
+        for key in ("point", "low", "high"):
+            faults += _vector(f"gauges.{number}.{key}", getattr(gauge, key, None), scene.dim)
+        if gauge.kind == "level" and (scene.dim == 1 or (gauge.y is None) != (scene.dim == 2)):
+            cure = "give x and y in 3D, x alone in 2D; a level needs two dimensions"
+            faults.append(SceneError("wrong number of coordinates", where=f"gauges.{number}", cure=cure))
+    for side, axis in SIDES.items():
+        missing = (axis == 1 and scene.dim < 3) or (axis == -1 and scene.dim < 2)
+        if getattr(scene.walls, side) is not None and missing:
+            faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}"))
+    return faults
+
+
+def _numerics(scene):
+    n, faults = scene.numerics, []
+    low, high = scene.kernel.h_over_dx
+    if not low <= n.h_over_dx <= high:
+        faults.append(
+            SceneError(
+                f"{n.h_over_dx} is out of range",
+                where="numerics.h_over_dx",
+                why=f"the sums of the {n.kernel} kernel need neighbours enough, and no more than resolve the flow",
+                cure=f"{low} to {high}",
+            )
+        )
+    if n.c0 is None and (scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0):
+        faults.append(
+            SceneError("is missing", where="numerics.c0", why="there is no depth under gravity to derive it from")
+        )
+        return faults
+    if n.density_range[0] <= 0 or not n.density_range[0] < 1 < n.density_range[1]:
+        faults.append(SceneError("must hold 1 and be above 0", where="numerics.density_range", cure="as [0.7, 1.3]"))
+    integrator = INTEGRATORS[n.integrator]
+    gravity = abs(scene.gravity[-1])
+    limit = time_step_limit(scene.h, scene.c0, gravity, integrator.largest_cfl)
+    reason = f"the {n.integrator} integrator is stable up to cfl {integrator.largest_cfl}, dt = cfl h/c0"
+    if scene.time.dt is not None and scene.time.dt > limit:
+        cure = f"at most {limit:.3g} s for h = {scene.h:.4g} m, c0 = {scene.c0:.4g} m/s; or leave it out"
+        faults.append(SceneError(f"{scene.time.dt:g} s is unstable", where="time.dt", why=reason, cure=cure))
+    if scene.cfl > integrator.largest_cfl:
+        cure = f"at most {integrator.largest_cfl}; {integrator.cfl} is the default"
+        faults.append(SceneError(f"{scene.cfl:g} is unstable", where="time.cfl", why=reason, cure=cure))
+    if scene.dim > 1 and scene.domain.gravity * scene.depth > 0.25 * scene.c0**2:
+        faults.append(
+            SceneError(
+                f"{scene.c0:.4g} m/s is too slow for {scene.depth:.4g} m of water",
+                where="numerics.c0",
+                why="the water at the bed would be compressed by more than a tenth",
+                cure=f"at least {10 * math.sqrt(scene.domain.gravity * scene.depth):.4g} m/s, ten times sqrt(g depth)",
+            )
+        )
+    return faults
+
+
+def _geometry(scene):
+    faults, size = [], np.array(scene.domain.size)
+    lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
+    for number, (block, lattice) in enumerate(zip(scene.fluid.blocks, lattices, strict=True)):
+        where = f"fluid.blocks.{number}"
+        low, high = np.array(block.low), np.array(block.high)
+        if (low < 0).any() or (high > size * (1 + 1e-12)).any():
+            cure = f"within 0 and {scene.domain.size} m, or enlarge domain.size"
+            faults.append(SceneError("lies outside the domain", where=where, cure=cure))
+        if lattice.count == 0:
+            cure = f"high - low of at least dx = {scene.numerics.dx} m in every direction"
+            faults.append(SceneError("holds no particles", where=where, cure=cure))
+        elif lattice.count > 2**31 - 2:
+            cure = f"a larger numerics.dx than {scene.numerics.dx} m, or a smaller block"
+            faults.append(SceneError(f"holds {lattice.count:.3g} particles, more than 2e9", where=where, cure=cure))
+        if block.initial == "seiche" and (scene.dim != 2 or scene.domain.gravity == 0):
+            faults.append(SceneError("a seiche needs 2D and gravity", where=f"{where}.initial"))
+        for other in range(number):
+            b = scene.fluid.blocks[other]
+            if (np.maximum(low, b.low) < np.minimum(high, b.high) - 0.5 * scene.numerics.dx).all():
+                faults.append(SceneError(f"overlaps block {other}", where=where, cure="blocks may touch, not overlap"))
+    cells = float(np.prod([s / (scene.kernel.support * scene.h) + 4 for s in scene.domain.size]))
+    if cells > 2**30:
+        cure = "a smaller domain.size or a larger numerics.dx"
+        faults.append(SceneError(f"the domain has {cells:.3g} cells, more than 1e9", where="domain.size", cure=cure))
+    reach = scene.kernel.support * scene.h
+    for a, b, axis in (("left", "right", 0), ("front", "back", 1), ("bottom", "top", -1)):
+        if getattr(scene.walls, a) and getattr(scene.walls, b) and scene.domain.size[axis] < reach:
+            why = "the images of one would mirror at the other"
+            cure = f"at least {reach:.4g} m apart, or a finer numerics.dx"
+            faults.append(
+                SceneError("walls nearer than the kernel's support", where=f"walls.{a}, {b}", why=why, cure=cure)
+            )
+    return faults
+
+
+def _wavemaker(scene):
+    maker = scene.wavemaker
+    if maker is None:
+        return []
+    if scene.dim == 1:
+        return [SceneError("a palette needs two dimensions", where="wavemaker.kind")]
+    if scene.walls.left is None:
+        return [
+            SceneError("is missing", where="walls.left", why="the palette is that wall: law and slip are taken from it")
+        ]
+    swing = math.tan(math.radians(maker.amplitude)) * scene.domain.size[-1]
+    free = min([scene.domain.size[0]] + [zone.length for zone in scene.damping if zone.side == "left"])
+    if swing > 0.25 * free:
+        why = f"the plate swings {swing:.3g} m at the domain's top, in {free:.3g} m of water"
+        return [
+            SceneError("stroke too long", where="wavemaker.amplitude", why=why, cure="a quarter of the length at most")
+        ]
+    return []
+
+
+def _damping(scene):
+    faults, length = [], scene.domain.size[0]
+    for number, zone in enumerate(scene.damping):
+        if zone.length >= length:
+            cure = f"less than the domain's {length:g} m"
+            faults.append(SceneError(f"{zone.length:g} m is too long", where=f"damping.{number}.length", cure=cure))
+        if any(zone.side == other.side for other in scene.damping[:number]):
+            faults.append(
+                SceneError(f"a second layer at the {zone.side}", where=f"damping.{number}.side", cure="one per side")
+            )
+    if not faults and sum(zone.length for zone in scene.damping) > length:
+        faults.append(SceneError("the layers overlap", where="damping", cure=f"together at most {length:g} m"))
+    return faults
+
+
+def _gauges(scene):
+    faults, names, size = [], set(), scene.domain.size
+    for number, gauge in enumerate(scene.gauges):
+        where = f"gauges.{number}"
+        name = gauge_name(gauge, number)
+        if name in names or "/" in name or name.startswith("."):
+            faults.append(
+                SceneError(f"{name!r} is taken or no file name", where=f"{where}.name", cure="a plain name of its own")
+            )
+        names.add(name)
+        if gauge.kind == "energy":
+            if gauge.low and gauge.high and not all(a < b for a, b in zip(gauge.low, gauge.high, strict=True)):
+                faults.append(SceneError("the region is empty", where=where, cure="low < high in every direction"))
+            continue
+        place = [gauge.x, *([gauge.y] if gauge.y is not None else [])] if gauge.kind == "level" else gauge.point
+        for x, extent in zip(place, size, strict=False):
+            if not 0 <= x <= extent:
+                faults.append(SceneError(f"{x:g} m lies outside the domain", where=where, cure=f"0 to {extent:g} m"))
+    return faults
+
+
+def gauge_name(gauge, number):
+    """Return the name of a gauge: its own, or kind and number."""
+    return gauge.name or f"{gauge.kind}-{number:02d}"

@@ -1,0 +1,172 @@
+"""Scenes from TOML: overrides, and errors that say where, what, why and what would be right."""
+
+import difflib
+import json
+import tomllib
+from importlib import resources
+from pathlib import Path
+
+from pydantic import BaseModel, ValidationError
+
+from ..errors import SceneError, SceneFaults
+from .check import faults_of
+from .schema import Scene
+
+BUILTIN = resources.files(__package__) / "builtin"
+
+
+def builtin_names():
+    """Return the names of the built-in scenes."""
+    return sorted(entry.name.removesuffix(".toml") for entry in BUILTIN.iterdir() if entry.name.endswith(".toml"))
+
+
+def load_scene(source="pool", overrides=None):
+    """Return the scene that `source` names, with overrides, checked.
+
+    Parameters
+    ----------
+    source : str, Path or dict
+        A built-in scene, a TOML file, or the keys themselves.
+    overrides : dict or list of str, optional
+        ``{"time.end": 1.0}`` or ``["time.end=1.0"]``; list items by number, as ``gauges.0.x``.
+
+    Raises
+    ------
+    SceneFaults
+        With all faults of the scene.
+    SceneError
+        When there is no such scene, or it is not TOML.
+    """
+    keys = source if isinstance(source, dict) else _read(source)
+    keys = json.loads(json.dumps(keys))  # a copy of plain data
+    items = overrides.items() if isinstance(overrides, dict) else map(_split, overrides or [])
+    for key, value in items:
+        _override(keys, key, value)
+    try:
+        scene = Scene.model_validate(keys)
+    except ValidationError as error:
+        raise SceneFaults([_fault(entry) for entry in error.errors()]) from None
+    faults = faults_of(scene)
+    if faults:
+        raise SceneFaults(faults)
+    return scene
+
+
+def scene_name(source):
+    """Return the name of a scene for folders and titles."""
+    return Path(source).stem
+
+
+def scene_text(scene):
+    """Return the full scene, defaults filled in, as JSON."""
+    return scene.model_dump_json(indent=1)
+
+
+def json_schema():
+    """Return the JSON Schema of scenes, for editors."""
+    return json.dumps(Scene.model_json_schema(), indent=1)
+
+
+def _read(source):
+    path = Path(source)
+    if str(source) in builtin_names():
+        text = (BUILTIN / f"{source}.toml").read_text(encoding="utf-8")
+    elif path.is_file():
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise SceneError(f"cannot be read: {error}", where=str(source)) from None
+    else:
+        near = difflib.get_close_matches(str(source), builtin_names(), 1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise SceneError(
+            f"no scene {str(source)!r}",
+            why="it is neither a file nor the name of a built-in scene",
+            cure=f"{hint}built-in scenes: {', '.join(builtin_names())}",
+        )
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"not valid TOML: {error}", where=str(source)) from None
+
+
+def _split(setting):
+    key, equals, text = setting.partition("=")
+    if not equals or not key:
+        raise SceneError(f"{setting!r} is not of the form key=value", where="--set", cure="as --set time.end=5")
+    try:
+        return key.strip(), tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), text.strip()
+
+
+def _override(keys, key, value):
+    """Set the dotted `key`, making sections that are not there yet."""
+    *path, last = key.split(".")
+    place = keys
+    for depth, part in enumerate(path):
+        place = place.setdefault(part, {}) if isinstance(place, dict) else _item(place, part, key)
+        if not isinstance(place, dict | list):
+            raise SceneError(f"{'.'.join(path[: depth + 1])} is not a section", where=f"--set {key}")
+    if isinstance(place, list):
+        _item(place, last, key)
+        place[int(last)] = value
+    else:
+        place[last] = value
+
+
+def _item(items, number, key):
+    if not number.isdigit() or int(number) >= len(items):
+        raise SceneError(f"{number!r} is not an item of the list", where=f"--set {key}", cure=f"0 to {len(items) - 1}")
+    return items[int(number)]
+
+
+def _fault(entry):
+    """Turn one of pydantic's findings into a fault with the nearest valid key or the key's description."""
+    location = [
+        part for part in entry["loc"] if part not in ("level", "pressure", "energy") or entry["loc"][0] != "gauges"
+    ]
+    where = ".".join(map(str, location))
+    model, field = _resolve(entry["loc"])
+    if entry["type"] == "extra_forbidden":
+        valid = list(model.model_fields)
+        near = difflib.get_close_matches(str(entry["loc"][-1]), valid, 1)
+        cure = f"did you mean {near[0]!r}?" if near else f"valid keys: {', '.join(valid)}"
+        return SceneError("unknown key", where=where, cure=cure)
+    if entry["type"] == "missing":
+        return SceneError("is missing", where=where, cure=field.description if field else "")
+    message = entry["msg"][0].lower() + entry["msg"][1:]
+    given = entry.get("input")
+    if not isinstance(given, dict | list):
+        message += f", not {given!r}"
+    return SceneError(message, where=where, cure=field.description if field and field.description else "")
+
+
+def _resolve(location):
+    """Return the model that holds the key at `location`, and its field if it has one."""
+    model, field = Scene, None
+    for part in location:
+        if isinstance(part, int):
+            continue
+        candidates = _models(field.annotation) if field is not None else [model]
+        if field is not None and candidates:
+            tagged = [m for m in candidates if "kind" in m.model_fields and part in _kinds(m)]
+            if tagged:
+                model, field = tagged[0], None
+                continue
+            model = candidates[0]
+        field = model.model_fields.get(part)
+        if field is None:
+            break
+    return model, field
+
+
+def _kinds(model):
+    return getattr(model.model_fields["kind"].annotation, "__args__", ())
+
+
+def _models(annotation):
+    """Return all models inside a type annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in getattr(annotation, "__args__", ()) for model in _models(part)]

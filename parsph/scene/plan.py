@@ -1,0 +1,99 @@
+"""What a scene will model, what not, and what it will cost."""
+
+import math
+
+from rich.table import Table
+
+from ..particles import Layout
+from ..progress import console, duration, size_text
+from ..states import EQUATIONS
+from ..stepping import INTEGRATORS, time_step_limit
+from .build import palette_of, state_of, terms_of, walls_of
+from .lattice import Lattice
+
+# Time of one pair candidate with its share of the step [s], float64, measured by `parsph bench` on a 2.4 GHz AVX2 core.
+SECONDS_PER_CANDIDATE = 2.2e-9
+BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 81, "float32": 45}
+
+
+def costs(scene):
+    """Return {quantity: number}: particles, bytes, steps, evaluations, core seconds, disk bytes of a scene."""
+    layout = Layout(scene.dim, scene.numerics.integrator)
+    particles = sum(Lattice.of(block, scene.numerics.dx).count for block in scene.fluid.blocks)
+    step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl)
+    steps = math.ceil(scene.time.end / step)
+    evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
+    candidates = (3 * scene.kernel.support * scene.numerics.h_over_dx) ** scene.dim
+    precision = 0.6 if scene.numerics.precision == "float32" else 1.0
+    snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
+    return {
+        "particles": particles,
+        "bytes": particles * layout.bytes_per_particle(),
+        "step": step,
+        "steps": steps,
+        "evaluations": evaluations,
+        "core seconds": evaluations * candidates * SECONDS_PER_CANDIDATE * precision,
+        "snapshots": snapshots,
+        "disk": snapshots * particles * BYTES_PER_SNAPSHOT_PARTICLE[scene.output.snapshots.precision],
+    }
+
+
+def print_plan(scene, name):
+    """Print the plan of a scene."""
+    out = console()
+    out.print(f"{name}: {scene.title}", markup=False)
+    table = Table("modelled", "as", "source", show_lines=False)
+    omitted = []
+    for family, term in terms_of(scene).families:
+        if term.code:
+            table.add_row(family, f"[not bold]{_plain(term.equation)}", _plain(term.source))
+        else:
+            omitted.append(family)
+    state, n = state_of(scene), scene.numerics
+    equation, _, source = EQUATIONS[state.name].partition("   ")
+    table.add_row("state", _plain(equation), _plain(source))
+    table.add_row(
+        "kernel",
+        f"{scene.kernel.name}, h/dx = {n.h_over_dx:g}, support {scene.kernel.support:g} h",
+        scene.kernel.source,
+    )
+    equation, _, source = INTEGRATORS[n.integrator].equation.partition("   ")
+    table.add_row("time", _plain(equation), _plain(source))
+    for wall in walls_of(scene):
+        table.add_row(
+            f"{wall.name} wall", f"mirror particles, {wall.law}, {wall.slip} slip", "Szmidt (2013) Figs. 1, 2"
+        )
+    palette = palette_of(scene)
+    if palette:
+        moves = f"flap hinged at the bed, {math.degrees(palette.amplitude):g} degrees, period {palette.period:g} s"
+        table.add_row("wavemaker", moves, "Molteni et al. section 3")
+    for zone in scene.damping:
+        what = "velocity and density" if zone.density else "velocity"
+        table.add_row(
+            f"{zone.side} layer", f"{zone.length:g} m, {zone.profile}, damps {what}", "Molteni et al. eqs. (2.3), (2.4)"
+        )
+    for kind in ("level", "pressure", "energy"):
+        count = sum(gauge.kind == kind for gauge in scene.gauges)
+        if count:
+            table.add_row("gauges", f"{count} x {kind}", "")
+    out.print(table)
+    if palette is None:
+        omitted.append("wavemaker")
+    if not scene.damping:
+        omitted.append("absorbing layer")
+    out.print(f"not modelled, not stored, not swept: {', '.join(omitted) or 'nothing'}")
+    fields = Layout(scene.dim, n.integrator).fields
+    cost = costs(scene)
+    out.print(f"fields: {', '.join(f'{field.name} [{field.unit}]' for field in fields)}", markup=False)
+    out.print(
+        f"{cost['particles']:,} particles, {size_text(cost['bytes'])} of memory; {cost['steps']:,} steps of {cost['step']:.3g} s, "
+        f"{cost['evaluations']:.3g} evaluations; {cost['snapshots']} snapshots, {size_text(cost['disk'])} on disk"
+    )
+    out.print(
+        f"expected: {duration(cost['core seconds'])} on one core, at {SECONDS_PER_CANDIDATE * 1e9:g} ns per pair candidate "
+        f"({n.precision} pairs; a 2.4 GHz core with AVX2 - measure yours with parsph bench)"
+    )
+
+
+def _plain(text):
+    return text.replace("[", "(").replace("]", ")")

@@ -1,0 +1,251 @@
+"""The schema of a scene: every key, its unit, its limits and its default.
+
+Units are SI. The last axis points up. An unknown key is an error.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ..kernels import KERNELS
+from ..states import STATES
+from ..stepping import INTEGRATORS
+from ..terms import DIFFUSIONS, VISCOSITIES
+from ..walls.mirror import LAWS, SLIPS
+
+Vector = Annotated[list[float], Field(min_length=1, max_length=3)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class Section(BaseModel):
+    """Base of all sections: unknown keys are errors, numbers are finite."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class DomainSection(Section):
+    """The box that holds everything: from the origin to `size`."""
+
+    size: Vector = Field(
+        description="extent [m] in x and up (2D), x alone (1D), x, y and up (3D); no particle may leave it"
+    )
+    gravity: NotNegative = Field(
+        9.81, description="gravity [m/s^2], downwards along the last axis; without effect in 1D"
+    )
+
+
+class Block(Section):
+    """A rectangular block of fluid, filled with a square lattice."""
+
+    low: Vector = Field(description="lower corner [m]")
+    high: Vector = Field(description="upper corner [m]")
+    initial: Literal["still", "seiche"] = Field(
+        "still", description="still: at rest; seiche: velocities of the first standing wave of the block (2D)"
+    )
+    amplitude: NotNegative = Field(0.0, description="amplitude of the seiche [m]")
+
+
+class FluidSection(Section):
+    """The fluid at the beginning; pressure is hydrostatic, density follows from the inverse state equation."""
+
+    rho0: Positive = Field(1000.0, description="reference density [kg/m^3]")
+    level: float | None = Field(None, description="still-water level [m]; default: top of the highest block")
+    blocks: list[Block] = Field(min_length=1, description="blocks of fluid")
+
+
+class Wall(Section):
+    """A mirror wall."""
+
+    law: Literal[*LAWS] = Field(
+        "hydrostatic", description="plain: equal pressure; hydrostatic: pressure raised by rho g.dx"
+    )
+    slip: Literal[*SLIPS] = Field("free", description="free slip or no slip")
+
+
+class WallsSection(Section):
+    """Walls at the sides of the domain; a side without one is open (the fluid must not leave the domain there)."""
+
+    left: Wall | None = Field(None, description="wall at x = 0, or the wavemaker's plate")
+    right: Wall | None = Field(None, description="wall at the largest x")
+    front: Wall | None = Field(None, description="wall at y = 0 (3D)")
+    back: Wall | None = Field(None, description="wall at the largest y (3D)")
+    bottom: Wall | None = Field(None, description="bed")
+    top: Wall | None = Field(None, description="lid")
+
+
+class Wavemaker(Section):
+    """A flap in place of the left wall, hinged at the bed."""
+
+    kind: Literal["palette"] = Field("palette", description="flap hinged at the bed")
+    amplitude: Annotated[float, Field(gt=0, lt=45)] = Field(description="amplitude of the angle [degrees], below 45")
+    period: Positive = Field(description="period [s]")
+    motion: Literal["continuous", "single"] = Field("continuous", description="without end, or one oscillation")
+    ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
+
+
+class Damping(Section):
+    """An absorbing layer along the left or right end of the domain."""
+
+    side: Literal["left", "right"] = Field("right", description="end of the domain")
+    length: Positive = Field(description="length L of the layer [m]")
+    profile: Literal["hyperbolic"] = Field("hyperbolic", description="sigma0 depth / (L - depth + 0.5 h)")
+    v_ref: Positive | None = Field(None, description="sigma0 = v_ref / L [m/s]; default: c0")
+    density: bool = Field(False, description="damp the density towards that of still water too")
+
+
+class LevelGauge(Section):
+    """Water level at a place."""
+
+    kind: Literal["level"]
+    name: str | None = Field(None, description="name of the table; default: kind and number")
+    x: float = Field(description="position [m]")
+    y: float | None = Field(None, description="position across [m] (3D)")
+    every: Positive = Field(0.02, description="sampling interval [s]")
+
+
+class PressureGauge(Section):
+    """Pressure at a point."""
+
+    kind: Literal["pressure"]
+    name: str | None = Field(None, description="name of the table; default: kind and number")
+    point: Vector = Field(description="position [m]")
+    every: Positive = Field(0.01, description="sampling interval [s]")
+
+
+class EnergyGauge(Section):
+    """Mass, energies and momentum of a region."""
+
+    kind: Literal["energy"]
+    name: str | None = Field(None, description="name of the table; default: kind and number")
+    low: Vector | None = Field(None, description="lower corner of the region [m]; default: everything")
+    high: Vector | None = Field(None, description="upper corner of the region [m]; default: everything")
+    every: Positive = Field(0.05, description="sampling interval [s]")
+
+
+GaugeSection = Annotated[LevelGauge | PressureGauge | EnergyGauge, Field(discriminator="kind")]
+
+
+class Numerics(Section):
+    """How it is computed."""
+
+    dx: Positive = Field(description="particle spacing [m]")
+    kernel: Literal[*KERNELS] = Field("wendland-c2", description="smoothing kernel")
+    h_over_dx: Positive = Field(2.0, description="smoothing length over spacing [-]")
+    c0: Positive | None = Field(None, description="sound speed [m/s]; default: c0_factor sqrt(g depth)")
+    c0_factor: Annotated[float, Field(ge=5)] = Field(20.0, description="sound speed over sqrt(g depth) [-], at least 5")
+    state: Literal[*STATES] = Field("tait", description="equation of state")
+    gamma: Annotated[float, Field(ge=1, le=15)] = Field(7.0, description="exponent of the Tait equation [-], 1 to 15")
+    viscosity: Literal[*VISCOSITIES] = Field("none", description="viscosity of the momentum equation")
+    alpha: NotNegative = Field(0.02, description="strength of monaghan viscosity [-]")
+    diffusion: Literal[*DIFFUSIONS] = Field("none", description="density diffusion")
+    delta: Annotated[float, Field(ge=0, le=0.5)] = Field(0.1, description="strength of the diffusion [-], up to 0.5")
+    xsph: Annotated[float, Field(ge=0, le=1)] = Field(0.0, description="velocity smoothing epsilon [-]; 0: none")
+    integrator: Literal[*INTEGRATORS] = Field("verlet", description="time integration")
+    precision: Literal["float64", "float32"] = Field(
+        "float64", description="of the arithmetic of pairs; the state is always float64"
+    )
+    density_range: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
+        [0.7, 1.3], description="the run stops when a density over rho0 leaves this range [-]"
+    )
+
+
+class TimeSection(Section):
+    """When it ends, and how long a step is."""
+
+    end: NotNegative = Field(description="end of the run [s]")
+    dt: Positive | None = Field(None, description="constant time step [s]; default: from cfl")
+    cfl: Positive | None = Field(None, description="dt = cfl min(h/(c0 + |v|), sqrt(h/|a|)); default: the integrator's")
+
+
+class Snapshots(Section):
+    """Files of all particles."""
+
+    every: Positive | None = Field(None, description="interval [s]; default: a hundredth of the run")
+    precision: Literal["float64", "float32"] = Field("float64", description="of the numbers in the files")
+
+
+class Log(Section):
+    """What is printed while it runs."""
+
+    every: Positive | None = Field(
+        None, description="interval of log lines [s of the flow]; default: a 25th of the run"
+    )
+
+
+class Output(Section):
+    """What is written."""
+
+    snapshots: Snapshots = Snapshots()
+    log: Log = Log()
+
+
+class Scene(Section):
+    """A scene: what is modelled and how.
+
+    Units are SI; the last axis points up. What a scene does not name is not modelled.
+    """
+
+    title: str = Field("", description="one line for lists and plots")
+    domain: DomainSection
+    fluid: FluidSection
+    walls: WallsSection = WallsSection()
+    wavemaker: Wavemaker | None = None
+    damping: list[Damping] = []
+    gauges: list[GaugeSection] = []
+    numerics: Numerics
+    time: TimeSection
+    output: Output = Output()
+
+    # --- what follows from the keys ---------------------------------------------------------------------------------
+
+    @property
+    def dim(self):
+        """Number of space dimensions."""
+        return len(self.domain.size)
+
+    @property
+    def gravity(self):
+        """Gravity as a vector [m/s^2]."""
+        down = 0.0 if self.dim == 1 else -self.domain.gravity
+        return (0.0,) * (self.dim - 1) + (down,)
+
+    @property
+    def level(self):
+        """Still-water level [m]."""
+        return self.fluid.level if self.fluid.level is not None else max(block.high[-1] for block in self.fluid.blocks)
+
+    @property
+    def depth(self):
+        """Still-water depth [m], over the lowest point of the fluid."""
+        return self.level - min(block.low[-1] for block in self.fluid.blocks)
+
+    @property
+    def h(self):
+        """Smoothing length [m]."""
+        return self.numerics.h_over_dx * self.numerics.dx
+
+    @property
+    def kernel(self):
+        """The smoothing kernel."""
+        return KERNELS[self.numerics.kernel]
+
+    @property
+    def c0(self):
+        """Sound speed [m/s]."""
+        return self.numerics.c0 or self.numerics.c0_factor * (self.domain.gravity * self.depth) ** 0.5
+
+    @property
+    def cfl(self):
+        """Factor of the time-step limit [-]."""
+        return self.time.cfl or INTEGRATORS[self.numerics.integrator].cfl
+
+    @property
+    def snapshot_interval(self):
+        """[s]"""
+        return self.output.snapshots.every or self.time.end / 100 or None
+
+    @property
+    def log_interval(self):
+        """[s]"""
+        return self.output.log.every or self.time.end / 25 or None

@@ -1,0 +1,174 @@
+"""The step on one page."""
+
+import math
+
+import numpy as np
+
+from .errors import RunError
+from .particles import identities
+from .schedule import shortened
+from .states import update_pressure
+from .stepping import time_step_limit
+from .timing import Timers
+
+BALANCE_EVERY = 200  # steps
+
+
+class Simulation:
+    """A scene that runs.
+
+    Parameters
+    ----------
+    domain : Domain
+        The slab of this rank, with its particles.
+    sweep : Sweep
+    state : State
+    integrator : Verlet or Midpoint
+    zones : list of DampingZone
+    end : float
+        When to stop [s].
+    dt : float or None
+        Constant time step [s]; None: as long as the limits allow.
+    cfl : float
+    density_range : tuple of float
+        What the density may become, over rho0 [-].
+    """
+
+    def __init__(self, domain, sweep, state, integrator, zones, end, dt, cfl, density_range):
+        self.domain, self.sweep, self.state = domain, sweep, state
+        self.integrator, self.zones, self.end = integrator, zones, end
+        self.fixed_dt, self.cfl = dt, cfl
+        self.density_range = tuple(factor * state.rho0 for factor in density_range)
+        self.communicator = domain.communicator
+        self.observers = []
+        self.timers = Timers()
+        self.time, self.steps, self.evaluations = 0.0, 0, 0
+        self.imbalance, self.last_dt = 1.0, 0.0
+        self._extremes = 0.0, 0.0
+
+    @property
+    def particles(self):
+        """The particles of this rank, at the present time."""
+        return self.domain.particles
+
+    # --- one evaluation: rates for the present positions, velocities and densities ---------------------------------
+
+    def evaluate(self, time):
+        """Set acceleration and density rate of all fluid particles; walls stand where they are at `time` [s]."""
+        particles, domain, timers = self.particles, self.domain, self.timers
+        with timers("state"):
+            self._update_pressure()
+        with timers("arrange"):
+            domain.arrange(time)
+        columns = domain.slab.columns
+        if self.communicator.size == 1:
+            with timers("sweep"):
+                self.sweep(particles, domain.starts, domain.slab, 1, columns + 1)
+        else:
+            with timers("halo"):
+                domain.start_halo()
+            with timers("sweep"):
+                self.sweep(particles, domain.starts, domain.slab, 2, columns)
+            with timers("halo"):
+                domain.finish_halo()
+            with timers("sweep"):
+                for edge in {1, columns}:
+                    self.sweep(particles, domain.starts, domain.slab, edge, edge + 1)
+        self.evaluations += 1
+
+    def _update_pressure(self):
+        p = self.particles
+        bad = update_pressure(
+            p.shared, p.tags, p.first, p.last, 2 * p.layout.dim, *self.density_range, self.state.constants
+        )
+        if bad >= 0:
+            place = ", ".join(f"{x:.6g}" for x in p.field("position", slice(bad, bad + 1))[0])
+            density = p.field("density", slice(bad, bad + 1))[0]
+            raise RunError(
+                f"particle {identities(p.tags[bad])} at ({place}) m: density {density:.6g} kg/m^3 at t = {self.time:.6g} s",
+                why="outside the range {:.6g} to {:.6g} kg/m^3 (numerics.density_range)".format(*self.density_range),
+                cure="try a smaller time.cfl or time.dt, or more diffusion or viscosity",
+            )
+
+    # --- one step -------------------------------------------------------------------------------------------------
+
+    def step(self, dt):
+        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it."""
+        with self.timers("step passes"):
+            self._extremes = self.integrator.step(self.particles, self._evaluate_untimed, self.time, dt)
+        with self.timers("damping"):
+            for zone in self.zones:
+                zone.apply(self.particles, *self.domain.rows_between(*zone.span), dt)
+        self.steps, self.last_dt = self.steps + 1, dt
+
+    def _evaluate_untimed(self, time):
+        """`evaluate` inside a timed phase, whose time is not counted twice."""
+        before = sum(self.timers.seconds.values())
+        self.evaluate(time)
+        inside = sum(self.timers.seconds.values()) - before
+        self.timers.seconds["step passes"] = self.timers.seconds.get("step passes", 0.0) - inside
+
+    def longest_step(self):
+        """Return the longest stable step [s] of all ranks for what the fluid does now."""
+        if self.fixed_dt is not None:
+            return self.fixed_dt
+        speed, pull = (math.sqrt(square) for square in self._extremes)
+        gravity = math.hypot(*self.sweep.gravity)
+        limit = time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, speed, pull)
+        return self.communicator.minimum(limit)
+
+    def first_step(self):
+        """Return the length of the first step [s] before anything moves, without asking the other ranks."""
+        gravity = math.hypot(*self.sweep.gravity)
+        return self.fixed_dt or time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl)
+
+    # --- the run --------------------------------------------------------------------------------------------------
+
+    def prepare(self):
+        """Set the rates at the beginning, which the first prediction needs, and let the observers begin."""
+        self.evaluate(self.time)
+        for observer in self.observers:
+            observer.begin(self)
+        self._observe()
+
+    def run(self):
+        """Run from `prepare` to the end; the observers see every time at which they are due."""
+        self.prepare()
+        while self.time < self.end:
+            self.advance()
+        for observer in self.observers:
+            observer.finish(self)
+
+    def advance(self):
+        """Make one step, shortened where output is due, then whatever is due beside the step."""
+        due = min([self.end, *(observer.next for observer in self.observers)])
+        dt, after = shortened(self.longest_step(), self.time, due)
+        self.step(dt)
+        self.time = after
+        self._observe()
+        if self.communicator.size > 1 and self.steps % BALANCE_EVERY == 0:
+            with self.timers("balance"):
+                self.imbalance = self.domain.balance()
+
+    def _observe(self):
+        for observer in self.observers:
+            if observer.due(self.time):
+                with self.timers(observer.phase):
+                    observer.observe(self)
+
+    # --- looking at it --------------------------------------------------------------------------------------------
+
+    def field(self, name):
+        """Return a field of this rank's fluid, in the order of (cell, id): a copy, shape (n,) or (n, dim).
+
+        Names are those of `parsph.particles.FIELDS`, "id" and "kind".
+        """
+        p = self.particles
+        rows = p.fluid
+        if name == "id":
+            return identities(p.tags[rows])
+        if name == "kind":
+            return np.zeros(len(rows), np.int8)
+        if name == "pressure":  # the stored one belongs to the last evaluation
+            return self.state.pressure(p.field("density", rows))
+        return p.field(name, rows)

@@ -1,0 +1,169 @@
+"""Integrators and the limits of the time step.
+
+An integrator is a few passes over the particles around calls of `evaluate`, which sets acceleration and density rate for
+the present positions, velocities and densities. Passes hold the formulas; they touch fluid particles only.
+"""
+
+import math
+
+from .jit import jit
+from .particles import FIRST_GHOST
+
+
+@jit
+def predict(rows, start, tags, acceleration, density_rate, drift, first, last, dim, dt, keep_position):
+    """Remember the beginning of the step in `start` and move on by `dt` with the rates at hand."""
+    smooth = len(drift) > 0
+    for i in range(first, last):
+        if tags[i] >= FIRST_GHOST:
+            continue
+        for d in range(dim):
+            v = rows[i, dim + d]
+            start[i, d] = v
+            if keep_position:
+                start[i, dim + 1 + d] = rows[i, d]
+            rows[i, d] += dt * (v + drift[i, d] if smooth else v)
+            rows[i, dim + d] = v + dt * acceleration[i, d]
+        density = rows[i, 2 * dim]
+        start[i, dim] = density
+        rows[i, 2 * dim] = density + dt * density_rate[i]
+
+
+@jit
+def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, dt):
+    """Finish a drift-kick-drift step: full kick, second half of the drift with the new velocity.
+
+    Returns
+    -------
+    tuple of float
+        Largest squared speed [m^2/s^2] and largest squared acceleration [m^2/s^4].
+    """
+    smooth = len(drift) > 0
+    fastest, hardest = 0.0, 0.0
+    for i in range(first, last):
+        if tags[i] >= FIRST_GHOST:
+            continue
+        speed, pull = 0.0, 0.0
+        for d in range(dim):
+            a = acceleration[i, d]
+            v = start[i, d] + dt * a
+            rows[i, dim + d] = v
+            rows[i, d] += 0.5 * dt * (v + drift[i, d] if smooth else v)
+            speed += v * v
+            pull += a * a
+        rows[i, 2 * dim] = start[i, dim] + dt * density_rate[i]
+        fastest, hardest = max(fastest, speed), max(hardest, pull)
+    return fastest, hardest
+
+
+@jit
+def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, dt):
+    """Finish a midpoint step: the whole step with the rates of its middle. Returns as `verlet_correct`."""
+    smooth = len(drift) > 0
+    fastest, hardest = 0.0, 0.0
+    for i in range(first, last):
+        if tags[i] >= FIRST_GHOST:
+            continue
+        speed, pull = 0.0, 0.0
+        for d in range(dim):
+            a = acceleration[i, d]
+            middle = rows[i, dim + d]
+            v = start[i, d] + dt * a
+            rows[i, d] = start[i, dim + 1 + d] + dt * (middle + drift[i, d] if smooth else middle)
+            rows[i, dim + d] = v
+            speed += v * v
+            pull += a * a
+        rows[i, 2 * dim] = start[i, dim] + dt * density_rate[i]
+        fastest, hardest = max(fastest, speed), max(hardest, pull)
+    return fastest, hardest
+
+
+class Verlet:
+    """Position-Verlet (drift-kick-drift), one evaluation per step.
+
+    ``x(n+1/2) = x(n) + dt/2 v(n)``; rates at n+1/2 with velocity and density extrapolated to n+1/2 by the rates of the
+    step before; ``v(n+1) = v(n) + dt a``, ``rho(n+1) = rho(n) + dt drho/dt``, ``x(n+1) = x(n+1/2) + dt/2 v(n+1)``
+    (Monaghan 2005, eqs. (5.39)-(5.41), with the density advanced by the same pattern).
+    """
+
+    name = "verlet"
+    evaluations = 1
+    cfl = 0.35
+    largest_cfl = 0.5
+    equation = "x += dt/2 v;  v += dt a;  rho += dt drho/dt;  x += dt/2 v   [Monaghan (2005) eqs. (5.39)-(5.41)]"
+
+    def step(self, particles, evaluate, time, dt):
+        """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
+        _predict(particles, 0.5 * dt, False)
+        evaluate(time + 0.5 * dt)
+        return _correct(verlet_correct, particles, dt)
+
+
+class Midpoint:
+    """Midpoint predictor-corrector, two evaluations per step: ``y(n+1) = y(n) + dt f(y(n) + dt/2 f(y(n)))``.
+
+    Szmidt (2013) eqs. (38), (39).
+    """
+
+    name = "midpoint"
+    evaluations = 2
+    cfl = 0.5
+    largest_cfl = 0.8
+    equation = "y* = y + dt/2 f(y);  y += dt f(y*)   [Szmidt (2013) eqs. (38), (39)]"
+
+    def step(self, particles, evaluate, time, dt):
+        """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
+        evaluate(time)
+        _predict(particles, 0.5 * dt, True)
+        evaluate(time + 0.5 * dt)
+        return _correct(midpoint_correct, particles, dt)
+
+
+INTEGRATORS = {integrator.name: integrator for integrator in (Verlet, Midpoint)}
+
+
+def _predict(p, dt, keep_position):
+    predict(
+        p.shared,
+        p.private,
+        p.tags,
+        p.acceleration,
+        p.density_rate,
+        p.drift,
+        p.first,
+        p.last,
+        p.layout.dim,
+        dt,
+        keep_position,
+    )
+
+
+def _correct(compiled, p, dt):
+    return compiled(
+        p.shared,
+        p.private,
+        p.tags,
+        p.acceleration,
+        p.density_rate,
+        p.drift,
+        p.first,
+        p.last,
+        p.layout.dim,
+        dt,
+    )
+
+
+def time_step_limit(h, c0, gravity, cfl, speed=0.0, acceleration=0.0):
+    """Return the longest step [s]: ``CFL min(h / (c0 + |v|), sqrt(h / max(|a|, g)))``.
+
+    Parameters
+    ----------
+    h, c0, gravity : float
+        Smoothing length [m], sound speed [m/s], gravity [m/s^2].
+    cfl : float
+    speed, acceleration : float
+        Largest of the fluid [m/s], [m/s^2].
+    """
+    pull = max(acceleration, gravity)
+    force = math.sqrt(h / pull) if pull > 0 else math.inf
+    return cfl * min(h / (c0 + speed), force)

@@ -1,0 +1,43 @@
+"""The terms of the equations of motion: pair formulas, one family a file, and their registry.
+
+A formula gets numbers of one pair and returns a number; the loops are in `parsph.sweep`. Sums over neighbours b of a
+particle a share ``F = (1/r) dW/dr``, so ``grad_a W_ab = F r_ab`` with ``r_ab = r_a - r_b``, and ``v_ab = v_a - v_b``.
+"none" is a term: a family that a scene does not name is not compiled, stored or swept.
+"""
+
+from dataclasses import dataclass
+
+from .continuity import CONTINUITY
+from .diffusion import DIFFUSIONS
+from .momentum import MOMENTUM
+from .term import NONE, Term
+from .viscosity import VISCOSITIES
+from .xsph import XSPH
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The terms of one scene.
+
+    Attributes
+    ----------
+    viscosity, diffusion, smoothing : Term
+    """
+
+    viscosity: Term = NONE
+    diffusion: Term = NONE
+    smoothing: Term = NONE
+
+    @property
+    def families(self):
+        """Pairs (family, term) of all families, named or not."""
+        return (
+            ("continuity", CONTINUITY),
+            ("momentum", MOMENTUM),
+            ("viscosity", self.viscosity),
+            ("density diffusion", self.diffusion),
+            ("velocity smoothing", self.smoothing),
+        )
+
+
+__all__ = ["CONTINUITY", "DIFFUSIONS", "MOMENTUM", "NONE", "VISCOSITIES", "XSPH", "Term", "Terms"]

@@ -1,0 +1,30 @@
+"""Where the time goes."""
+
+import time
+from contextlib import contextmanager
+
+
+class Timers:
+    """Wall time per named phase [s]."""
+
+    def __init__(self):
+        self.seconds = {}
+
+    @contextmanager
+    def __call__(self, phase):
+        """Count the time inside the ``with`` block towards `phase`."""
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[phase] = self.seconds.get(phase, 0.0) + time.perf_counter() - begin
+
+    def over_ranks(self, communicator):
+        """Return {phase: (smallest, mean, largest)} over all ranks [s], on all ranks."""
+        all_seconds = communicator.allgather(self.seconds)
+        phases = dict.fromkeys(phase for seconds in all_seconds for phase in seconds)
+        table = {}
+        for phase in phases:
+            times = [seconds.get(phase, 0.0) for seconds in all_seconds]
+            table[phase] = min(times), sum(times) / len(times), max(times)
+        return table
