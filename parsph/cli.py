@@ -1,6 +1,8 @@
 """The command line, thin: each command calls one function of the package."""
 
+import os
 import sys
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +10,7 @@ import typer
 
 from . import __version__, parallel
 from .errors import ParsphError, paragraph
+from .parallel import Communicator
 
 app = typer.Typer(
     add_completion=False,
@@ -36,9 +39,7 @@ def _show_version(wanted: bool):
 @app.callback(invoke_without_command=True)
 def _default(
     context: typer.Context,
-    version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print it.")
-    ] = False,
+    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print it.")] = False,
 ):
     if context.invoked_subcommand is None:
         run("pool", [])
@@ -48,9 +49,7 @@ def _default(
 def run(
     scene: SceneName = "pool",
     set_: Settings = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Output folder. Default: runs/SCENE-NNN, the next free number.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Output folder. Default: runs/SCENE-NNN, the next free number.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Empty --out of an earlier run first.")] = False,
     ranks_info: Annotated[bool, typer.Option("--ranks-info", help="Print what each rank owns.")] = False,
 ):
@@ -115,9 +114,7 @@ def bench(
 @app.command()
 def verify(
     cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Cases; default: all.")] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Shorter runs, same metrics and bars where they apply.")
-    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Shorter runs, same metrics and bars where they apply.")] = False,
     json_file: JsonFile = None,
 ):
     """Run validation cases against theory; exit 1 if a bar is missed."""
@@ -129,24 +126,32 @@ def verify(
 
 def main(arguments=None):
     """Run the command line; end the whole job, on all ranks, with the exit code of the first failure."""
-    communicator = None
+    communicator = Communicator()
     try:
         communicator = parallel.start()
         parallel.end_job_on_error(communicator)
-        if communicator.rank:
-            sys.stdout.reconfigure(line_buffering=True)
-        app(arguments, standalone_mode=communicator.size == 1 or communicator.rank == 0)
+        with _quiet(communicator.rank > 0):
+            app(arguments)
     except ParsphError as error:
-        _fail(communicator, error, error.exit_code)
+        _fail(communicator, paragraph(error), error.exit_code)
     except KeyboardInterrupt:
         _fail(communicator, "interrupted: what was written up to here is complete", 130)
 
 
-def _fail(communicator, error, code):
-    """Print `error` and end the job. Bad input is found by all ranks alike, so that rank 0 speaks for them."""
-    alone = communicator is None or communicator.size == 1
-    if alone or communicator.rank == 0 or code != 2:
-        print(paragraph(error), file=sys.stderr, flush=True)
-    if alone or code == 2:
-        sys.exit(code)
-    communicator.abort(code)
+@contextmanager
+def _quiet(quiet):
+    """Let rank 0 alone talk; errors of other ranks are written past this."""
+    if not quiet:
+        yield
+        return
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+        yield
+
+
+def _fail(communicator, message, code):
+    """Say why and end the job. Bad input and interrupts reach all ranks alike: rank 0 speaks for them."""
+    if communicator.rank == 0 or code == 1:
+        print(message, file=sys.__stderr__, flush=True)
+    if communicator.size > 1 and code != 2:
+        communicator.abort(code)
+    sys.exit(code)

@@ -37,7 +37,7 @@ class Grid:
     @classmethod
     def around(cls, low, high, cell):
         """Return the grid that holds the box ``low..high`` [m] and a margin of a cell on all sides."""
-        shape = tuple(int(math.floor((b - a) / cell * (1 + 1e-12))) + 3 for a, b in zip(low, high, strict=True))
+        shape = tuple(math.floor((b - a) / cell * (1 + 1e-12)) + 3 for a, b in zip(low, high, strict=True))
         return cls(tuple(float(a - cell) for a in low), float(cell), shape)
 
     @property
@@ -48,7 +48,7 @@ class Grid:
     @property
     def stride(self):
         """Number of cells in an x-column."""
-        return int(np.prod(self.shape[1:], dtype=int))
+        return math.prod(self.shape[1:])
 
     def column_of(self, x):
         """Return the column that holds the coordinate(s) `x` [m]."""
@@ -65,9 +65,7 @@ def cell_of(rows, i, low, inverse, shape):
 
 
 @jit
-def assign_cells(
-    rows, tags, cells, first, last, low, inverse, shape, box_low, box_high, first_cell, last_cell, near, close
-):
+def assign_cells(rows, tags, cells, first, last, low, inverse, shape, box_low, box_high, first_cell, last_cell, near, close):
     """Put every fluid particle of ``first:last`` into its cell; drop ghosts; mark those that left the slab.
 
     Parameters

@@ -144,8 +144,8 @@ def end_job_on_error(communicator):
         return
 
     def hook(kind, error, trace):
-        sys.stderr.write(f"rank {communicator.rank}:\n" + "".join(traceback.format_exception(kind, error, trace)))
-        sys.stderr.flush()
+        sys.__stderr__.write(f"rank {communicator.rank}:\n" + "".join(traceback.format_exception(kind, error, trace)))
+        sys.__stderr__.flush()
         communicator.abort(1)
 
     sys.excepthook = hook

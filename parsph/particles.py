@@ -166,6 +166,12 @@ class Particles:
         self.last += count
 
     @property
+    def nbytes(self):
+        """Bytes of all arrays."""
+        arrays = [value for value in vars(self).values() if isinstance(value, np.ndarray)]
+        return sum(array.nbytes for array in (*arrays, *self._spare.values()))
+
+    @property
     def fluid(self):
         """Row numbers of the owned fluid particles, in sorted order, shape (n,)."""
         return self.first + np.flatnonzero(self.tags[self.first : self.last] < FIRST_GHOST)

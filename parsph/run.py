@@ -16,7 +16,7 @@ from .progress import ProgressLog, console, duration, phase_table, size_text
 from .scene.build import build, palette_of
 from .scene.load import load_scene, scene_name, scene_text
 from .scene.plan import costs
-from .waves import flap_transfer, wavenumber
+from .waves import flap_height
 
 
 @dataclass
@@ -132,17 +132,15 @@ def _print_start(scene, simulation, folder, name, loading, compiled):
         f"{layout.bytes_per_particle()} bytes per particle, {size_text(size)}"
     )
     out.print(
-        f"  to t = {scene.time.end:g} s: about {scene.time.end / step:,.0f} steps of {step:.3g} s ({simulation.integrator.name}), "
-        f"{simulation.communicator.size} rank(s) on {platform.node()}, {how} {loading:.1f} s"
+        f"  to t = {scene.time.end:g} s: about {scene.time.end / step:,.0f} steps of {step:.3g} s "
+        f"({simulation.integrator.name}), {simulation.communicator.size} rank(s) on {platform.node()}, {how} {loading:.1f} s"
     )
     out.print(f"  output: {folder}")
 
 
 def _print_ranks(simulation):
     slab, p = simulation.domain.slab, simulation.particles
-    mine = (
-        f"columns {slab.first}:{slab.last}, {len(p.fluid):,} particles, node rank {simulation.communicator.node_rank}"
-    )
+    mine = f"columns {slab.first}:{slab.last}, {len(p.fluid):,} particles, node rank {simulation.communicator.node_rank}"
     lines = simulation.communicator.gather(f"{platform.node()}, {mine}")
     if simulation.communicator.rank == 0:
         for rank, line in enumerate(lines):
@@ -186,14 +184,13 @@ def wave_heights(scene, simulation):
     gauges = [g for g in simulation.observers if getattr(g, "columns", ()) == ("level [m]",)]
     if palette is None or palette.single or not gauges or scene.time.end < 6 * palette.period:
         return {}
-    kd = wavenumber(2 * np.pi / palette.period, scene.depth, scene.domain.gravity) * scene.depth
-    stroke = 2 * palette.reach(scene.depth)
     heights = {}
     for gauge in gauges:
         t, level = gauge.record().T
         late = t > t[-1] - 2 * palette.period
         heights[f"{gauge.name} (x = {gauge.place[0]:g} m)"] = mean_height(t[late], level[late], palette.period)
-    return {"wave height, theory [m]": stroke * flap_transfer(kd), "wave height [m]": heights}
+    theory = flap_height(palette.amplitude, palette.period, scene.depth, scene.domain.gravity)
+    return {"wave height, theory [m]": theory, "wave height [m]": heights}
 
 
 def mean_height(t, level, period):

@@ -78,9 +78,7 @@ class Simulation:
 
     def _update_pressure(self):
         p = self.particles
-        bad = update_pressure(
-            p.shared, p.tags, p.first, p.last, 2 * p.layout.dim, *self.density_range, self.state.constants
-        )
+        bad = update_pressure(p.shared, p.tags, p.first, p.last, 2 * p.layout.dim, *self.density_range, self.state.constants)
         if bad >= 0:
             place = ", ".join(f"{x:.6g}" for x in p.field("position", slice(bad, bad + 1))[0])
             density = p.field("density", slice(bad, bad + 1))[0]

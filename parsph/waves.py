@@ -12,7 +12,7 @@ def angular_frequency(wavenumber, depth, gravity):
 
 
 def wavenumber(frequency, depth, gravity):
-    """Return the k [1/m] that solves omega^2 = g k tanh(k d), by Newton's method from Eckart's estimate.
+    """Return the k [1/m] that solves omega^2 = g k tanh(k d).
 
     Parameters
     ----------
@@ -21,15 +21,10 @@ def wavenumber(frequency, depth, gravity):
     depth, gravity : float
         Still-water depth [m] and gravity [m/s^2].
     """
-    alpha = frequency**2 * depth / gravity
-    kd = alpha / math.sqrt(math.tanh(alpha))
-    for _ in range(50):
-        tanh = math.tanh(kd)
-        change = (kd * tanh - alpha) / (tanh + kd * (1 - tanh**2))
-        kd -= change
-        if abs(change) < 1e-14 * kd:
-            break
-    return kd / depth
+    from scipy.optimize import brentq  # slow to import, and few runs need it
+
+    deep, shallow = frequency**2 / gravity, frequency / math.sqrt(gravity * depth)
+    return brentq(lambda k: gravity * k * math.tanh(k * depth) - frequency**2, deep, deep + shallow, xtol=1e-14)
 
 
 def flap_transfer(kd):
@@ -39,6 +34,12 @@ def flap_transfer(kd):
     """
     sinh, cosh = math.sinh(kd), math.cosh(kd)
     return 4 * sinh / kd * (kd * sinh - cosh + 1) / (math.sinh(2 * kd) + 2 * kd)
+
+
+def flap_height(amplitude, period, depth, gravity):
+    """Return the far-field wave height [m] of a flap hinged at the bed, angle amplitude [rad], period [s]."""
+    kd = wavenumber(2 * math.pi / period, depth, gravity) * depth
+    return 2 * depth * math.tan(amplitude) * flap_transfer(kd)
 
 
 def viscosity_of_alpha(alpha, h, c0, dim):

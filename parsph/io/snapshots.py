@@ -6,6 +6,7 @@ the others one after another, so that its memory holds one part at a time. Both 
 
 import json
 import os
+from typing import NamedTuple
 
 import h5py
 import numpy as np
@@ -121,6 +122,21 @@ def _fill(file, part, counts, rank, collective=False):
             dataset[rows] = values
 
 
+class Shape(NamedTuple):
+    """Shape and type of a dataset."""
+
+    shape: tuple
+    dtype: np.dtype
+
+
+class Written(NamedTuple):
+    """A snapshot on disk: file name, time [s] and the shapes of its datasets."""
+
+    name: str
+    time: float
+    datasets: dict
+
+
 class SnapshotWriter(Observer):
     """Writes snapshots and the series over them.
 
@@ -139,70 +155,66 @@ class SnapshotWriter(Observer):
     def __init__(self, folder, every, scene_text, precision):
         super().__init__(every)
         self.folder, self.scene_text, self.precision = folder, scene_text, precision
-        self.written = []
+        self.written, self.count = [], 0
 
     def begin(self, simulation):
         simulation.communicator.on_root(lambda: (self.folder / "snapshots").mkdir(exist_ok=True))
 
     def observe(self, simulation):
-        path = self.folder / "snapshots" / f"{len(self.written):05d}.vtkhdf"
+        path = self.folder / "snapshots" / f"{self.count:05d}.vtkhdf"
         write_snapshot(path, simulation, self.scene_text, self.precision)
-        self.written.append((path.name, simulation.time))
+        self.count += 1
+        if simulation.communicator.rank == 0:
+            self.written.append(Written(path.name, simulation.time, _datasets(path)))
         simulation.communicator.on_root(lambda: write_series(self.folder, self.written))
 
 
 def write_series(folder, snapshots):
-    """Write ``series.vtkhdf``: all `snapshots`, a list of (file name, time [s]), as one time series of virtual datasets."""
-    sources = [folder / "snapshots" / name for name, _ in snapshots]
-    shapes, types, parts, units = {}, {}, [], {}
-    for path in sources:
-        with h5py.File(path) as file:
-            root = file["VTKHDF"]
-            parts.append(len(root["NumberOfPoints"]))
-            for name in _datasets(root):
-                shapes.setdefault(name, []).append(root[name].shape)
-                types[name] = root[name].dtype
-                units[name] = root[name].attrs.get("unit")
+    """Write ``series.vtkhdf``: all `snapshots`, a list of `Written`, as one time series of virtual datasets."""
     temporary = folder / "series.partial"
     with h5py.File(temporary, "w") as file:
         root = _polydata(file)
-        for name, sizes in shapes.items():
-            layout = h5py.VirtualLayout((sum(s[0] for s in sizes), *sizes[0][1:]), types[name])
+        for name, first in snapshots[0].datasets.items():
+            lengths = [snapshot.datasets[name].shape[0] for snapshot in snapshots]
+            layout = h5py.VirtualLayout((sum(lengths), *first.shape[1:]), first.dtype)
             row = 0
-            for path, size in zip(sources, sizes, strict=True):
-                if size[0]:
-                    source = h5py.VirtualSource(f"snapshots/{path.name}", f"VTKHDF/{name}", size)
-                    layout[row : row + size[0]] = source
-                row += size[0]
-            dataset = root.create_virtual_dataset(name, layout)
-            if units[name] is not None:
-                dataset.attrs["unit"] = units[name]
-        _steps(root, [time for _, time in snapshots], parts, {n: [s[0] for s in sizes] for n, sizes in shapes.items()})
+            for snapshot, length in zip(snapshots, lengths, strict=True):
+                if length:
+                    shape = (length, *first.shape[1:])
+                    source = h5py.VirtualSource(f"snapshots/{snapshot.name}", f"VTKHDF/{name}", shape)
+                    layout[row : row + length] = source
+                row += length
+            root.create_virtual_dataset(name, layout).attrs["unit"] = UNITS.get(name.rsplit("/")[-1], "")
+        _steps(root, snapshots)
     os.replace(temporary, folder / "series.vtkhdf")
 
 
-def _steps(root, times, parts, lengths):
+def _steps(root, snapshots):
     """The ``Steps`` group: where each time step begins in every dataset."""
 
-    def begins(sizes):
-        return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+    def begins(name):
+        lengths = [snapshot.datasets[name].shape[0] for snapshot in snapshots]
+        return np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64)
 
     steps = root.create_group("Steps")
-    steps.attrs["NSteps"] = len(times)
-    steps["Values"] = np.array(times)
-    steps["NumberOfParts"] = np.array(parts)
-    steps["PartOffsets"] = begins(parts)
-    steps["PointOffsets"] = begins(lengths["Points"])
-    kinds = ("Vertices", "Lines", "Strips", "Polygons")
-    cells = [begins(lengths[f"{kind}/Connectivity"]) for kind in kinds]
-    steps["CellOffsets"] = np.stack(cells, axis=1)
-    steps["ConnectivityIdOffsets"] = np.stack(cells, axis=1)
-    for name in lengths:
+    steps.attrs["NSteps"] = len(snapshots)
+    steps["Values"] = np.array([snapshot.time for snapshot in snapshots])
+    steps["NumberOfParts"] = np.array([snapshot.datasets["NumberOfPoints"].shape[0] for snapshot in snapshots])
+    steps["PartOffsets"] = begins("NumberOfPoints")
+    steps["PointOffsets"] = begins("Points")
+    cells = np.stack([begins(f"{kind}/Connectivity") for kind in ("Vertices", "Lines", "Strips", "Polygons")], axis=1)
+    steps["CellOffsets"] = cells
+    steps["ConnectivityIdOffsets"] = cells
+    for name in snapshots[0].datasets:
         if name.startswith("PointData/"):
-            steps[f"PointDataOffsets/{name.removeprefix('PointData/')}"] = begins(lengths[name])
+            steps[f"PointDataOffsets/{name.removeprefix('PointData/')}"] = begins(name)
 
 
-def _datasets(root):
-    names = []
-    root.visititems(lambda name, node: names.append(name) if isinstance(node, h5py.Dataset) else None)
-    return names
+def _datasets(path):
+    """Return {name: Shape} of all datasets of a snapshot."""
+    found = {}
+    with h5py.File(path) as file:
+        file["VTKHDF"].visititems(
+            lambda name, node: found.update({name: Shape(node.shape, node.dtype)}) if isinstance(node, h5py.Dataset) else None
+        )
+    return found

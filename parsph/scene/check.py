@@ -23,9 +23,7 @@ def faults_of(scene):
 
 def _vector(where, values, dim):
     if values is not None and len(values) != dim:
-        return [
-            SceneError(f"has {len(values)} components", where=where, cure=f"this scene has {dim}, as domain.size says")
-        ]
+        return [SceneError(f"has {len(values)} components", where=where, cure=f"this scene has {dim}, as domain.size says")]
     return []
 
 
@@ -64,9 +62,7 @@ def _numerics(scene):
             )
         )
     if n.c0 is None and (scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0):
-        faults.append(
-            SceneError("is missing", where="numerics.c0", why="there is no depth under gravity to derive it from")
-        )
+        faults.append(SceneError("is missing", where="numerics.c0", why="there is no depth under gravity to derive it from"))
         return faults
     if n.density_range[0] <= 0 or not n.density_range[0] < 1 < n.density_range[1]:
         faults.append(SceneError("must hold 1 and be above 0", where="numerics.density_range", cure="as [0.7, 1.3]"))
@@ -122,9 +118,7 @@ def _geometry(scene):
         if getattr(scene.walls, a) and getattr(scene.walls, b) and scene.domain.size[axis] < reach:
             why = "the images of one would mirror at the other"
             cure = f"at least {reach:.4g} m apart, or a finer numerics.dx"
-            faults.append(
-                SceneError("walls nearer than the kernel's support", where=f"walls.{a}, {b}", why=why, cure=cure)
-            )
+            faults.append(SceneError("walls nearer than the kernel's support", where=f"walls.{a}, {b}", why=why, cure=cure))
     return faults
 
 
@@ -135,16 +129,12 @@ def _wavemaker(scene):
     if scene.dim == 1:
         return [SceneError("a palette needs two dimensions", where="wavemaker.kind")]
     if scene.walls.left is None:
-        return [
-            SceneError("is missing", where="walls.left", why="the palette is that wall: law and slip are taken from it")
-        ]
+        return [SceneError("is missing", where="walls.left", why="the palette is that wall: law and slip are taken from it")]
     swing = math.tan(math.radians(maker.amplitude)) * scene.domain.size[-1]
     free = min([scene.domain.size[0]] + [zone.length for zone in scene.damping if zone.side == "left"])
     if swing > 0.25 * free:
         why = f"the plate swings {swing:.3g} m at the domain's top, in {free:.3g} m of water"
-        return [
-            SceneError("stroke too long", where="wavemaker.amplitude", why=why, cure="a quarter of the length at most")
-        ]
+        return [SceneError("stroke too long", where="wavemaker.amplitude", why=why, cure="a quarter of the length at most")]
     return []
 
 
@@ -155,9 +145,7 @@ def _damping(scene):
             cure = f"less than the domain's {length:g} m"
             faults.append(SceneError(f"{zone.length:g} m is too long", where=f"damping.{number}.length", cure=cure))
         if any(zone.side == other.side for other in scene.damping[:number]):
-            faults.append(
-                SceneError(f"a second layer at the {zone.side}", where=f"damping.{number}.side", cure="one per side")
-            )
+            faults.append(SceneError(f"a second layer at the {zone.side}", where=f"damping.{number}.side", cure="one per side"))
     if not faults and sum(zone.length for zone in scene.damping) > length:
         faults.append(SceneError("the layers overlap", where="damping", cure=f"together at most {length:g} m"))
     return faults

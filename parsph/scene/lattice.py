@@ -27,7 +27,7 @@ class Lattice:
     def of(cls, block, dx):
         """Return the lattice of a scene's block at spacing `dx` [m]."""
         extents = [max(b - a, 0.0) for a, b in zip(block.low, block.high, strict=True)]
-        shape = tuple(int(round(extent / dx)) for extent in extents)
+        shape = tuple(round(extent / dx) for extent in extents)
         step = tuple(extent / n if n else dx for extent, n in zip(extents, shape, strict=True))
         return cls(tuple(block.low), step, shape)
 

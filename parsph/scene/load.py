@@ -123,9 +123,7 @@ def _item(items, number, key):
 
 def _fault(entry):
     """Turn one of pydantic's findings into a fault with the nearest valid key or the key's description."""
-    location = [
-        part for part in entry["loc"] if part not in ("level", "pressure", "energy") or entry["loc"][0] != "gauges"
-    ]
+    location = [part for part in entry["loc"] if part not in ("level", "pressure", "energy") or entry["loc"][0] != "gauges"]
     where = ".".join(map(str, location))
     model, field = _resolve(entry["loc"])
     if entry["type"] == "extra_forbidden":

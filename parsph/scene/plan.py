@@ -60,9 +60,7 @@ def print_plan(scene, name):
     equation, _, source = INTEGRATORS[n.integrator].equation.partition("   ")
     table.add_row("time", _plain(equation), _plain(source))
     for wall in walls_of(scene):
-        table.add_row(
-            f"{wall.name} wall", f"mirror particles, {wall.law}, {wall.slip} slip", "Szmidt (2013) Figs. 1, 2"
-        )
+        table.add_row(f"{wall.name} wall", f"mirror particles, {wall.law}, {wall.slip} slip", "Szmidt (2013) Figs. 1, 2")
     palette = palette_of(scene)
     if palette:
         moves = f"flap hinged at the bed, {math.degrees(palette.amplitude):g} degrees, period {palette.period:g} s"
@@ -86,8 +84,8 @@ def print_plan(scene, name):
     cost = costs(scene)
     out.print(f"fields: {', '.join(f'{field.name} [{field.unit}]' for field in fields)}", markup=False)
     out.print(
-        f"{cost['particles']:,} particles, {size_text(cost['bytes'])} of memory; {cost['steps']:,} steps of {cost['step']:.3g} s, "
-        f"{cost['evaluations']:.3g} evaluations; {cost['snapshots']} snapshots, {size_text(cost['disk'])} on disk"
+        f"{cost['particles']:,} particles, {size_text(cost['bytes'])} of memory; {cost['steps']:,} steps of "
+        f"{cost['step']:.3g} s, {cost['evaluations']:.3g} evaluations; {cost['snapshots']} snapshots, {size_text(cost['disk'])} on disk"
     )
     out.print(
         f"expected: {duration(cost['core seconds'])} on one core, at {SECONDS_PER_CANDIDATE * 1e9:g} ns per pair candidate "

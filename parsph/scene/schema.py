@@ -27,12 +27,8 @@ class Section(BaseModel):
 class DomainSection(Section):
     """The box that holds everything: from the origin to `size`."""
 
-    size: Vector = Field(
-        description="extent [m] in x and up (2D), x alone (1D), x, y and up (3D); no particle may leave it"
-    )
-    gravity: NotNegative = Field(
-        9.81, description="gravity [m/s^2], downwards along the last axis; without effect in 1D"
-    )
+    size: Vector = Field(description="extent [m] in x and up (2D), x alone (1D), x, y and up (3D); no particle may leave it")
+    gravity: NotNegative = Field(9.81, description="gravity [m/s^2], downwards along the last axis; without effect in 1D")
 
 
 class Block(Section):
@@ -57,9 +53,7 @@ class FluidSection(Section):
 class Wall(Section):
     """A mirror wall."""
 
-    law: Literal[*LAWS] = Field(
-        "hydrostatic", description="plain: equal pressure; hydrostatic: pressure raised by rho g.dx"
-    )
+    law: Literal[*LAWS] = Field("hydrostatic", description="plain: equal pressure; hydrostatic: pressure raised by rho g.dx")
     slip: Literal[*SLIPS] = Field("free", description="free slip or no slip")
 
 
@@ -168,9 +162,7 @@ class Snapshots(Section):
 class Log(Section):
     """What is printed while it runs."""
 
-    every: Positive | None = Field(
-        None, description="interval of log lines [s of the flow]; default: a 25th of the run"
-    )
+    every: Positive | None = Field(None, description="interval of log lines [s of the flow]; default: a 25th of the run")
 
 
 class Output(Section):

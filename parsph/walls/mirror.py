@@ -45,8 +45,8 @@ def wall_images(
     first_ghost, end : int
         The images that earlier walls made are the rows ``first_ghost:end``.
     wall : ndarray, shape (5 * dim + 2,)
-        Point, normal into the fluid, velocity and acceleration of the point, direction of mirroring, rate [1/s] and acceleration [1/s^2] of the
-        rotation in the plane of the first and last axis (from the first to the last axis).
+        Point, normal into the fluid, velocity and acceleration of the point, direction of mirroring, then rate [1/s] and
+        acceleration [1/s^2] of the rotation from the first to the last axis.
     law, slip, bit : int
         Law, slip and the wall's bit in the image number.
     gravity, state, grid : tuple
