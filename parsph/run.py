@@ -13,7 +13,7 @@ from .io.folder import output_folder
 from .jit import compilations
 from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
-from .scene.build import build, palette_of
+from .scene.build import build, cuts_of, palette_of
 from .scene.load import load_scene, scene_name, scene_text
 from .scene.plan import costs
 from .waves import flap_height
@@ -56,7 +56,7 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     """
     communicator = communicator or parallel.start()
     scene = load_scene(source, overrides)
-    build(scene, communicator)  # whatever speaks against it must do so before a folder is made
+    cuts_of(scene, communicator.size)  # whatever speaks against it must do so before a folder is made
     name = scene_name(source)
     folder = communicator.on_root(lambda: output_folder(name, out, overwrite))
     communicator.on_root(lambda: (folder / "scene.json").write_text(scene_text(scene), encoding="utf-8"))

@@ -50,7 +50,7 @@ class Domain:
         self.exchange = Exchange(communicator, particles)
         self._bands = [wall.band(reach, wetted) for wall in walls]
         self._close = np.zeros(64, np.int32)
-        self.starts = None
+        self.starts, self.time = None, 0.0
         self.set_cuts(cuts)
 
     def set_cuts(self, cuts):
@@ -76,6 +76,7 @@ class Domain:
 
     def arrange(self, time):
         """Bring all particles into the order of (cell, tag), each on its rank, with their images at `time` [s]."""
+        self.time = time
         left = self._assign()
         if self.communicator.size > 1:
             self._migrate(left)
@@ -112,7 +113,7 @@ class Domain:
         place = ", ".join(f"{x:.6g}" for x in position)
         speed = ", ".join(f"{v:.4g}" for v in velocity)
         raise RunError(
-            f"particle {identities(p.tags[row])} {how}: position ({place}) m, velocity ({speed}) m/s",
+            f"particle {identities(p.tags[row])} {how} at t = {self.time:.6g} s: position ({place}) m, velocity ({speed}) m/s",
             why="the time step may be too long for the scene, or the domain too small for the flow",
             cure="try a smaller time.cfl, or a larger domain",
         )

@@ -155,7 +155,7 @@ class SnapshotWriter(Observer):
     def __init__(self, folder, every, scene_text, precision):
         super().__init__(every)
         self.folder, self.scene_text, self.precision = folder, scene_text, precision
-        self.written, self.count = [], 0
+        self.written, self.count, self.last_time = [], 0, None
 
     def begin(self, simulation):
         simulation.communicator.on_root(lambda: (self.folder / "snapshots").mkdir(exist_ok=True))
@@ -163,10 +163,14 @@ class SnapshotWriter(Observer):
     def observe(self, simulation):
         path = self.folder / "snapshots" / f"{self.count:05d}.vtkhdf"
         write_snapshot(path, simulation, self.scene_text, self.precision)
-        self.count += 1
+        self.count, self.last_time = self.count + 1, simulation.time
         if simulation.communicator.rank == 0:
             self.written.append(Written(path.name, simulation.time, _datasets(path)))
         simulation.communicator.on_root(lambda: write_series(self.folder, self.written))
+
+    def finish(self, simulation):
+        if self.last_time != simulation.time:
+            self.observe(simulation)  # the end of a run is worth a file even between two intervals
 
 
 def write_series(folder, snapshots):

@@ -50,9 +50,8 @@ def build(scene, communicator=None, folder=None):
     walls = walls_of(scene)
     grid, box = grid_of(scene)
     reach = scene.kernel.support * scene.h
-    bands = [wall.band(reach, scene.domain.size[-1]) for wall in walls]
     lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
-    cuts = balanced_cuts(_line_counts(grid, lattices), communicator.size, *end_columns(grid, bands))
+    cuts = cuts_of(scene, communicator.size)
     particles = Particles(Layout(scene.dim, scene.numerics.integrator))
     _fill(particles, scene, state, grid, lattices, cuts[communicator.rank], cuts[communicator.rank + 1])
     terms = terms_of(scene)
@@ -90,6 +89,21 @@ def build(scene, communicator=None, folder=None):
             SnapshotWriter(folder, scene.snapshot_interval, scene_text(scene), scene.output.snapshots.precision)
         )
     return simulation
+
+
+def cuts_of(scene, ranks):
+    """Return the column cuts that a scene begins with on so many ranks.
+
+    Raises
+    ------
+    SceneError
+        When there are too many ranks for the columns.
+    """
+    grid, _ = grid_of(scene)
+    reach = scene.kernel.support * scene.h
+    bands = [wall.band(reach, scene.domain.size[-1]) for wall in walls_of(scene)]
+    lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
+    return balanced_cuts(_line_counts(grid, lattices), ranks, *end_columns(grid, bands))
 
 
 def state_of(scene):

@@ -85,7 +85,8 @@ def print_plan(scene, name):
     out.print(f"fields: {', '.join(f'{field.name} [{field.unit}]' for field in fields)}", markup=False)
     out.print(
         f"{cost['particles']:,} particles, {size_text(cost['bytes'])} of memory; {cost['steps']:,} steps of "
-        f"{cost['step']:.3g} s, {cost['evaluations']:.3g} evaluations; {cost['snapshots']} snapshots, {size_text(cost['disk'])} on disk"
+        f"{cost['step']:.3g} s, {cost['evaluations']:.3g} evaluations; "
+        f"{cost['snapshots']} snapshots, {size_text(cost['disk'])} on disk"
     )
     out.print(
         f"expected: {duration(cost['core seconds'])} on one core, at {SECONDS_PER_CANDIDATE * 1e9:g} ns per pair candidate "
