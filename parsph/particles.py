@@ -162,7 +162,7 @@ class Particles:
         self.tags[rows] = tags
         for name, values in fields.items():
             part, columns = self.layout.columns(name)
-            getattr(self, part)[rows, columns] = np.reshape(values, (count, -1))
+            getattr(self, part)[rows, columns] = np.reshape(values, (count, columns.stop - columns.start))
         self.last += count
 
     @property

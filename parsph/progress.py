@@ -124,6 +124,11 @@ def phase_table(timers, communicator, wall):
 
 
 def console():
-    """Return a console for stdout that does not wrap tables narrower in a log than they need."""
-    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 120
-    return Console(width=width, highlight=False, soft_wrap=not sys.stdout.isatty())
+    """Return a console for stdout that does not fold tables and paths in a log.
+
+    Open MPI gives its ranks a terminal of their own even when the job's output is a file.
+    """
+    if sys.stdout.isatty() and "OMPI_COMM_WORLD_SIZE" not in os.environ:
+        return Console(highlight=False)
+    width = int(os.environ.get("COLUMNS", "120"))
+    return Console(width=width, highlight=False, soft_wrap=True, force_terminal=False)

@@ -168,7 +168,7 @@ def _summary(scene, simulation, folder, name, wall, particles):
         "folder": str(folder),
     }
     if comm.rank == 0:
-        summary["files"] = sum(1 for path in folder.rglob("*") if path.is_file())
+        summary["files"] = 1 + sum(1 for path in folder.rglob("*") if path.is_file())  # and the summary itself
         summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
         summary.update(wave_heights(scene, simulation))
     return summary

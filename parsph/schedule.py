@@ -2,7 +2,9 @@
 
 
 class Schedule:
-    """Due at ``start + k * every``; times are multiples, never sums, so they do not drift.
+    """Due at ``start + k * every``: multiples, never sums, so that times do not drift.
+
+    Times are rounded to 1e-12 s, so that 6 x 0.05 and 15 x 0.02, or 3 x 1.1 and 3.3, are the same time.
 
     Parameters
     ----------
@@ -18,7 +20,7 @@ class Schedule:
     @property
     def next(self):
         """The next time that is due [s]."""
-        return self.start + self.count * self.every
+        return round(self.start + self.count * self.every, 12)
 
     def due(self, time):
         """Return whether something is due at `time`, and if so move on to the next time after it."""

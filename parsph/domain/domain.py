@@ -103,8 +103,15 @@ class Domain:
             self._close,
         )
         if bad >= 0:
-            self._lost(bad, "left the domain")
+            self._lost(bad, self._way_out(bad))
         return left
+
+    def _way_out(self, row):
+        """Return how the particle of `row` left the domain: through which wall, or where there is none."""
+        p = self.particles
+        position = p.field("position", slice(row, row + 1))[0]
+        crossed = [wall.name for wall in self.walls if wall.motion is None and wall.distance(position) < 0]
+        return f"crossed the {crossed[0]} wall" if crossed else "left the domain"
 
     def _lost(self, row, how):
         p = self.particles

@@ -98,7 +98,8 @@ def _declare(file, part, counts, simulation, scene_text):
     meta.attrs["ranks"] = parts
     meta.attrs["column cuts"] = simulation.domain.cuts
     meta.attrs["units"] = json.dumps(UNITS)
-    meta["scene"] = scene_text
+    text = scene_text.encode()  # of fixed length: parallel HDF5 cannot write strings of variable length
+    meta.create_dataset("scene", data=np.array(text, h5py.string_dtype("utf-8", len(text))))
 
 
 def _polydata(file):
@@ -114,12 +115,26 @@ def _fill(file, part, counts, rank, collective=False):
     for name, values in part.items():
         first = before + rank if name.endswith("Offsets") else before
         dataset = file["VTKHDF"][name]
-        rows = slice(first, first + len(values))
         if collective:
-            with dataset.collective:
-                dataset[rows] = values
+            _write_collectively(dataset, first, values)
         else:
-            dataset[rows] = values
+            dataset[first : first + len(values)] = values
+
+
+def _write_collectively(dataset, first, values):
+    """Write `values` to the rows from `first` on, together with all ranks.
+
+    h5py's own assignment does nothing where there are no rows, and the other ranks would wait for ever.
+    """
+    memory, target = h5py.h5s.create_simple(values.shape), dataset.id.get_space()
+    if len(values):
+        target.select_hyperslab((first,) + (0,) * (values.ndim - 1), values.shape)
+    else:
+        memory.select_none()
+        target.select_none()
+    transfer = h5py.h5p.create(h5py.h5p.DATASET_XFER)
+    transfer.set_dxpl_mpio(h5py.h5fd.MPIO_COLLECTIVE)
+    dataset.id.write(memory, target, np.ascontiguousarray(values), dxpl=transfer)
 
 
 class Shape(NamedTuple):

@@ -13,7 +13,8 @@ SIDES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
 
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
-    return [*_shapes(scene), *_numerics(scene)] or [
+    return _shapes(scene) or [
+        *_numerics(scene),
         *_geometry(scene),
         *_wavemaker(scene),
         *_damping(scene),

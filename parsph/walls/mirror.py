@@ -169,6 +169,11 @@ class MirrorWall:
         """(law, slip, bit) as the compiled code knows them."""
         return LAWS[self.law], SLIPS[self.slip], self.bit
 
+    def distance(self, position):
+        """Return how far `position` [m] is in front of the wall [m], negative behind it."""
+        dim = len(self.point)
+        return float((np.asarray(position) - self.numbers[:dim]) @ self.numbers[dim : 2 * dim])
+
     def band(self, reach, height):
         """Return the box, (low, high) tuples, in which particles may come within `reach` of the wall [m].
 
