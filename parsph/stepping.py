@@ -88,7 +88,7 @@ class Verlet:
 
     name = "verlet"
     evaluations = 1
-    cfl = 0.35
+    cfl = 0.4
     largest_cfl = 0.5
     equation = "x += dt/2 v;  v += dt a;  rho += dt drho/dt;  x += dt/2 v   [Monaghan (2005) eqs. (5.39)-(5.41)]"
 

@@ -127,12 +127,12 @@ class Domain:
 
     def _migrate(self, left):
         p = self.particles
-        leavers = {}
+        leavers = []
         for direction in (LEFT, RIGHT):
             rows = np.empty(left, np.int32)
-            leavers[direction] = rows[: collect_leavers(p.cells, p.first, p.last, direction, rows)]
+            leavers.append(rows[: collect_leavers(p.cells, p.first, p.last, direction, rows)] if left else rows)
         last = p.last
-        self.exchange.migrate(leavers[LEFT], leavers[RIGHT])
+        self.exchange.migrate(*leavers)
         grid, first_cell = self.grid, self.slab.first * self.grid.stride
         if len(self._close) < len(p.tags):
             self._close = np.resize(self._close, len(p.tags))

@@ -23,6 +23,7 @@ class Exchange:
         self.left = rank - 1 if rank > 0 else None
         self.right = rank + 1 if rank + 1 < size else None
         self._requests = []
+        self._empty = np.empty((0, particles.shared.shape[1] + particles.private.shape[1] + 1))
         self.messages, self.bytes = 0, 0
 
     def _send(self, array, rank, tag):
@@ -35,29 +36,37 @@ class Exchange:
 
         A message is a table of (shared row, private row, tag), as it is short and its length unknown to the receiver.
         """
-        p, mpi = self.particles, self.communicator.mpi
+        mpi = self.communicator.mpi
         requests, parcels = [], []
         for rows, rank in ((to_left, self.left), (to_right, self.right)):
-            if rank is None:
-                continue
-            parcel = np.concatenate([p.shared[rows], p.private[rows], p.tags[rows].view(np.float64)[:, None]], axis=1)
-            parcels.append(parcel)
-            requests.append(self._send(parcel, rank, MIGRANTS))
+            if rank is not None:
+                parcels.append(self._parcel(rows))
+                requests.append(self._send(parcels[-1], rank, MIGRANTS))
         for rank in (self.left, self.right):
             if rank is None:
                 continue
             status = mpi.Status()
             message = self.communicator.comm.Mprobe(rank, MIGRANTS, status)
-            widths = p.shared.shape[1], p.private.shape[1]
-            table = np.empty((status.Get_count(mpi.DOUBLE) // (sum(widths) + 1), sum(widths) + 1))
-            message.Recv(table)
-            rows = slice(p.last, p.last + len(table))
-            p.reserve(rows.stop)
-            p.shared[rows] = table[:, : widths[0]]
-            p.private[rows] = table[:, widths[0] : -1]
-            p.tags[rows] = np.ascontiguousarray(table[:, -1]).view(np.int64)
-            p.last = rows.stop
+            parcel = np.empty((status.Get_count(mpi.DOUBLE) // self._empty.shape[1], self._empty.shape[1]))
+            message.Recv(parcel)
+            if len(parcel):
+                self._unpack(parcel)
         mpi.Request.Waitall(requests)
+
+    def _parcel(self, rows):
+        if not len(rows):
+            return self._empty
+        p = self.particles
+        return np.concatenate([p.shared[rows], p.private[rows], p.tags[rows].view(np.float64)[:, None]], axis=1)
+
+    def _unpack(self, parcel):
+        p, width = self.particles, self.particles.shared.shape[1]
+        rows = slice(p.last, p.last + len(parcel))
+        p.reserve(rows.stop)
+        p.shared[rows] = parcel[:, :width]
+        p.private[rows] = parcel[:, width:-1]
+        p.tags[rows] = np.ascontiguousarray(parcel[:, -1]).view(np.int64)
+        p.last = rows.stop
 
     def edge_counts(self, counts, stride):
         """Return the counts per cell of the neighbours' edge columns, left and right, each of shape (stride,)."""

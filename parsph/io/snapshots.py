@@ -193,19 +193,34 @@ def write_series(folder, snapshots):
     temporary = folder / "series.partial"
     with h5py.File(temporary, "w") as file:
         root = _polydata(file)
-        for name, first in snapshots[0].datasets.items():
-            lengths = [snapshot.datasets[name].shape[0] for snapshot in snapshots]
-            layout = h5py.VirtualLayout((sum(lengths), *first.shape[1:]), first.dtype)
-            row = 0
-            for snapshot, length in zip(snapshots, lengths, strict=True):
-                if length:
-                    shape = (length, *first.shape[1:])
-                    source = h5py.VirtualSource(f"snapshots/{snapshot.name}", f"VTKHDF/{name}", shape)
-                    layout[row : row + length] = source
-                row += length
-            root.create_virtual_dataset(name, layout).attrs["unit"] = UNITS.get(name.rsplit("/")[-1], "")
+        for name in snapshots[0].datasets:
+            _join(root, name, snapshots)
         _steps(root, snapshots)
     os.replace(temporary, folder / "series.vtkhdf")
+
+
+def _join(root, name, snapshots):
+    """Create the virtual dataset `name` from those of all snapshots, one behind the other.
+
+    h5py's own layouts take a tenth of a second for a few dozen snapshots, ten times as long as writing one.
+    """
+    lengths = [snapshot.datasets[name].shape[0] for snapshot in snapshots]
+    _, *rest = snapshots[0].datasets[name].shape
+    space = h5py.h5s.create_simple((sum(lengths), *rest))
+    creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    row = 0
+    for snapshot, length in zip(snapshots, lengths, strict=True):
+        if length:
+            place = space.copy()
+            place.select_hyperslab((row,) + (0,) * len(rest), (length, *rest))
+            source = h5py.h5s.create_simple((length, *rest))
+            creation.set_virtual(place, f"snapshots/{snapshot.name}".encode(), f"VTKHDF/{name}".encode(), source)
+        row += length
+    links = h5py.h5p.create(h5py.h5p.LINK_CREATE)
+    links.set_create_intermediate_group(True)
+    kind = h5py.h5t.py_create(snapshots[0].datasets[name].dtype)
+    dataset = h5py.h5d.create(root.id, name.encode(), kind, space, creation, links)
+    h5py.Dataset(dataset).attrs["unit"] = UNITS.get(name.rsplit("/")[-1], "")
 
 
 def _steps(root, snapshots):
