@@ -131,7 +131,8 @@ def main(arguments=None):
         communicator = parallel.start()
         parallel.end_job_on_error(communicator)
         with _quiet(communicator.rank > 0):
-            app(arguments)
+            # not `app(arguments)`: that would replace the hook that ends the job
+            typer.main.get_command(app)(arguments)
     except ParsphError as error:
         _fail(communicator, paragraph(error), error.exit_code)
     except KeyboardInterrupt:

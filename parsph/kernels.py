@@ -172,7 +172,7 @@ KERNELS = {
             "wendland-c2",
             WENDLAND_C2,
             2.0,
-            (5 / 8, 7 / (4 * math.pi), 21 / (16 * math.pi)),
+            (3 / 4, 7 / (4 * math.pi), 21 / (16 * math.pi)),
             (1.0, 4.0),
             "Wendland (1995), C2; Molteni et al. eq. (1.7). In 1D the same profile, normalised",
         ),

@@ -45,7 +45,9 @@ class Communicator:
         """Send a picklable `item` to `rank`."""
         raise RuntimeError("one rank has nobody to send to")
 
-    receive = send
+    def receive(self, rank):
+        """Return what `rank` sent."""
+        raise RuntimeError("one rank has nobody to receive from")
 
     def stack(self, array):
         """Return every rank's rows on rank 0, in rank order; an array without rows elsewhere."""

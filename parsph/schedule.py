@@ -1,10 +1,13 @@
 """When things are due: schedules that output falls on exactly."""
 
 
+def rounded(time):
+    """Return `time` to 1e-12 s, so that 6 x 0.05 and 15 x 0.02, or 3 x 1.1 and 3.3, are the same time."""
+    return round(time, 12)
+
+
 class Schedule:
     """Due at ``start + k * every``: multiples, never sums, so that times do not drift.
-
-    Times are rounded to 1e-12 s, so that 6 x 0.05 and 15 x 0.02, or 3 x 1.1 and 3.3, are the same time.
 
     Parameters
     ----------
@@ -20,7 +23,7 @@ class Schedule:
     @property
     def next(self):
         """The next time that is due [s]."""
-        return round(self.start + self.count * self.every, 12)
+        return rounded(self.start + self.count * self.every)
 
     def due(self, time):
         """Return whether something is due at `time`, and if so move on to the next time after it."""

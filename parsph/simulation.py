@@ -6,7 +6,7 @@ import numpy as np
 
 from .errors import RunError
 from .particles import identities
-from .schedule import shortened
+from .schedule import rounded, shortened
 from .states import update_pressure
 from .stepping import time_step_limit
 from .timing import Timers
@@ -36,7 +36,7 @@ class Simulation:
 
     def __init__(self, domain, sweep, state, integrator, zones, end, dt, cfl, density_range):
         self.domain, self.sweep, self.state = domain, sweep, state
-        self.integrator, self.zones, self.end = integrator, zones, end
+        self.integrator, self.zones, self.end = integrator, zones, rounded(end)
         self.fixed_dt, self.cfl = dt, cfl
         self.density_range = tuple(factor * state.rho0 for factor in density_range)
         self.communicator = domain.communicator
@@ -113,7 +113,8 @@ class Simulation:
         speed, pull = (math.sqrt(square) for square in self._extremes)
         gravity = math.hypot(*self.sweep.gravity)
         limit = time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, speed, pull)
-        return self.communicator.minimum(limit)
+        with self.timers("agreeing on dt"):
+            return self.communicator.minimum(limit)
 
     def first_step(self):
         """Return the length of the first step [s] before anything moves, without asking the other ranks."""

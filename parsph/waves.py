@@ -24,7 +24,7 @@ def wavenumber(frequency, depth, gravity):
     from scipy.optimize import brentq  # slow to import, and few runs need it
 
     deep, shallow = frequency**2 / gravity, frequency / math.sqrt(gravity * depth)
-    return brentq(lambda k: gravity * k * math.tanh(k * depth) - frequency**2, deep, deep + shallow, xtol=1e-14)
+    return brentq(lambda k: gravity * k * math.tanh(k * depth) - frequency**2, 0.999 * deep, deep + shallow, xtol=1e-14)
 
 
 def flap_transfer(kd):

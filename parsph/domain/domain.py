@@ -208,10 +208,11 @@ class Domain:
         """Return (first, last) row of the owned columns that touch the x-interval ``low..high`` [m], widened by a
         column on both sides, since a particle may have moved a little after the sort.
         """
-        bounds = self.column_bounds()
-        a, b = self.grid.column_of(np.array([low, high])) - self.slab.first + np.array([-1, 2])
-        a, b = np.clip([a, b], 0, len(bounds) - 1)
-        return int(bounds[a]), int(bounds[b])
+        slab, stride = self.slab, self.grid.stride
+        a, b = (min(max((x - self.grid.low[0]) / self.grid.cell, 0.0), self.grid.columns) for x in (low, high))
+        a = min(max(int(a) - 1, slab.first), slab.last) - slab.first + 1
+        b = min(max(int(b) + 2, slab.first), slab.last) - slab.first + 1
+        return int(self.starts[a * stride]), int(self.starts[b * stride])
 
     def end_columns(self):
         """Return how many columns at the left and at the right one rank must own together: those that the images of

@@ -33,7 +33,7 @@ def _shapes(scene):
     faults = []
     for d, size in enumerate(scene.domain.size):
         if size <= 0:
-            faults.append(SceneError(f"must be > 0 m, not {size}", where=f"domain.size.{d}"))
+            faults.append(SceneError(f"must be > 0 m, not {size}", where=f"domain.size.{d}", cure="an extent > 0 m"))
     for number, block in enumerate(scene.fluid.blocks):
         faults += _vector(f"fluid.blocks.{number}.low", block.low, scene.dim)
         faults += _vector(f"fluid.blocks.{number}.high", block.high, scene.dim)
@@ -46,7 +46,7 @@ def _shapes(scene):
     for side, axis in SIDES.items():
         missing = (axis == 1 and scene.dim < 3) or (axis == -1 and scene.dim < 2)
         if getattr(scene.walls, side) is not None and missing:
-            faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}"))
+            faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}", cure="leave it out"))
     return faults
 
 
@@ -63,7 +63,14 @@ def _numerics(scene):
             )
         )
     if n.c0 is None and (scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0):
-        faults.append(SceneError("is missing", where="numerics.c0", why="there is no depth under gravity to derive it from"))
+        faults.append(
+            SceneError(
+                "is missing",
+                where="numerics.c0",
+                why="there is no depth under gravity to derive it from",
+                cure="ten times the fastest flow [m/s]",
+            )
+        )
         return faults
     if n.density_range[0] <= 0 or not n.density_range[0] < 1 < n.density_range[1]:
         faults.append(SceneError("must hold 1 and be above 0", where="numerics.density_range", cure="as [0.7, 1.3]"))
@@ -105,7 +112,7 @@ def _geometry(scene):
             cure = f"a larger numerics.dx than {scene.numerics.dx} m, or a smaller block"
             faults.append(SceneError(f"holds {lattice.count:.3g} particles, more than 2e9", where=where, cure=cure))
         if block.initial == "seiche" and (scene.dim != 2 or scene.domain.gravity == 0):
-            faults.append(SceneError("a seiche needs 2D and gravity", where=f"{where}.initial"))
+            faults.append(SceneError("a seiche needs 2D and gravity", where=f"{where}.initial", cure='"still"'))
         for other in range(number):
             b = scene.fluid.blocks[other]
             if (np.maximum(low, b.low) < np.minimum(high, b.high) - 0.5 * scene.numerics.dx).all():
@@ -128,9 +135,18 @@ def _wavemaker(scene):
     if maker is None:
         return []
     if scene.dim == 1:
-        return [SceneError("a palette needs two dimensions", where="wavemaker.kind")]
+        return [
+            SceneError("a palette needs two dimensions", where="wavemaker.kind", cure="leave it out, or domain.size = [x, up]")
+        ]
     if scene.walls.left is None:
-        return [SceneError("is missing", where="walls.left", why="the palette is that wall: law and slip are taken from it")]
+        return [
+            SceneError(
+                "is missing",
+                where="walls.left",
+                why="the palette is that wall: law and slip are taken from it",
+                cure="[walls] left = {}",
+            )
+        ]
     swing = math.tan(math.radians(maker.amplitude)) * scene.domain.size[-1]
     free = min([scene.domain.size[0]] + [zone.length for zone in scene.damping if zone.side == "left"])
     if swing > 0.25 * free:

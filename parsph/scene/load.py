@@ -1,5 +1,6 @@
 """Scenes from TOML: overrides, and errors that say where, what, why and what would be right."""
 
+import copy
 import difflib
 import json
 import tomllib
@@ -38,7 +39,7 @@ def load_scene(source="pool", overrides=None):
         When there is no such scene, or it is not TOML.
     """
     keys = source if isinstance(source, dict) else _read(source)
-    keys = json.loads(json.dumps(keys))  # a copy of plain data
+    keys = copy.deepcopy(keys)
     items = overrides.items() if isinstance(overrides, dict) else map(_split, overrides or [])
     for key, value in items:
         _override(keys, key, value)
@@ -75,7 +76,7 @@ def _read(source):
         try:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise SceneError(f"cannot be read: {error}", where=str(source)) from None
+            raise SceneError(f"cannot be read: {error}", where=str(source), cure="a readable text file") from None
     else:
         near = difflib.get_close_matches(str(source), builtin_names(), 1)
         hint = f"did you mean {near[0]!r}? " if near else ""
@@ -87,7 +88,7 @@ def _read(source):
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"not valid TOML: {error}", where=str(source)) from None
+        raise SceneError(f"not valid TOML: {error}", where=str(source), cure="mend that place") from None
 
 
 def _split(setting):
@@ -107,7 +108,9 @@ def _override(keys, key, value):
     for depth, part in enumerate(path):
         place = place.setdefault(part, {}) if isinstance(place, dict) else _item(place, part, key)
         if not isinstance(place, dict | list):
-            raise SceneError(f"{'.'.join(path[: depth + 1])} is not a section", where=f"--set {key}")
+            raise SceneError(
+                f"{'.'.join(path[: depth + 1])} is not a section", where=f"--set {key}", cure="see parsph show SCENE"
+            )
     if isinstance(place, list):
         _item(place, last, key)
         place[int(last)] = value
@@ -132,12 +135,25 @@ def _fault(entry):
         cure = f"did you mean {near[0]!r}?" if near else f"valid keys: {', '.join(valid)}"
         return SceneError("unknown key", where=where, cure=cure)
     if entry["type"] == "missing":
-        return SceneError("is missing", where=where, cure=field.description if field else "")
+        return SceneError("is missing", where=where, cure=_cure(field))
     message = entry["msg"][0].lower() + entry["msg"][1:]
     given = entry.get("input")
     if not isinstance(given, dict | list):
         message += f", not {given!r}"
-    return SceneError(message, where=where, cure=field.description if field and field.description else "")
+    return SceneError(message, where=where, cure=_cure(field))
+
+
+def _cure(field):
+    """Return what a key takes: its description, or the keys of the section that it is."""
+    if field is None:
+        return "see parsph show --schema"
+    if field.description:
+        return field.description
+    models = _models(field.annotation)
+    kinds = [kind for model in models if "kind" in model.model_fields for kind in _kinds(model)]
+    if len(models) > 1:
+        return f"a section with kind = {', '.join(map(repr, kinds))}"
+    return f"a section with the keys {', '.join(models[0].model_fields)}" if models else "see parsph show --schema"
 
 
 def _resolve(location):

@@ -172,7 +172,8 @@ class MirrorWall:
     def distance(self, position):
         """Return how far `position` [m] is in front of the wall [m], negative behind it."""
         dim = len(self.point)
-        return float((np.asarray(position) - self.numbers[:dim]) @ self.numbers[dim : 2 * dim])
+        with np.errstate(invalid="ignore"):  # asked of particles that got lost, at infinity too
+            return float((np.asarray(position) - self.numbers[:dim]) @ self.numbers[dim : 2 * dim])
 
     def band(self, reach, height):
         """Return the box, (low, high) tuples, in which particles may come within `reach` of the wall [m].

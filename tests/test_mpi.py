@@ -1,0 +1,187 @@
+"""What a user types on several ranks: the same bits on any number of them, and an end to the whole job when one fails."""
+
+import itertools
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from helpers import DROP, MPIRUN, ROOT, parsph, python, settings, why_no_mpi
+
+pytestmark = pytest.mark.skipif(bool(why_no_mpi()), reason=why_no_mpi() or "mpi is there")
+
+POOL = {"numerics__dx": 0.1, "output__log__every": 1.0}
+LONG = settings(**POOL, time__end=0.3, output__snapshots__every=0.1)
+BRIEF = settings(**POOL, time__end=0.04, output__snapshots__every=0.02)
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_suite_on_ranks(ranks):
+    command = [MPIRUN, "-n", str(ranks), sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "tests/mpi"]
+    result = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=400, stdin=subprocess.DEVNULL, env=os.environ
+    )
+    assert result.returncode == 0, result.stdout[-6000:] + result.stderr[-6000:]
+    assert " passed" in result.stdout
+    assert len(re.findall(r"\d+ passed", result.stdout)) == 1, "ranks above 0 are to be quiet"
+
+
+def results(folder):
+    """Return {file and dataset: contents} of a run's snapshots and tables, and the number of steps of each snapshot."""
+    found = {path.name: path.read_bytes() for path in (folder / "gauges").iterdir()}
+    for path in sorted((folder / "snapshots").glob("*.vtkhdf")):
+        with h5py.File(path) as file:
+            root, meta = file["VTKHDF"], file["parsph"].attrs
+            found[f"{path.name} Points"] = root["Points"][:]
+            found.update({f"{path.name} {name}": array[:] for name, array in root["PointData"].items()})
+            found[f"{path.name} clock"] = np.array([meta["time [s]"], meta["step"]])
+    return found
+
+
+def assert_same_bits(one, other):
+    assert one.keys() == other.keys()
+    for name, contents in one.items():
+        if isinstance(contents, bytes):
+            assert contents == other[name], name
+        else:
+            assert contents.dtype == other[name].dtype
+            assert contents.tobytes() == other[name].tobytes(), f"{name}: {np.sum(contents != other[name])} differ"
+
+
+def run(folder, *arguments, ranks=None):
+    result = parsph("run", "pool", *arguments, "--out", folder, cwd=folder.parent, ranks=ranks, timeout=240)
+    assert result.returncode == 0, result.stderr
+    return results(folder)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """The pool without mpirun."""
+    return run(tmp_path_factory.mktemp("alone") / "run", *LONG)
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3, 5])
+def test_results_are_the_same_to_the_bit(alone, tmp_path, ranks):
+    """Snapshots, gauge tables and steps; long enough for the cuts between the ranks to move (every 200 steps)."""
+    assert alone["00003.vtkhdf clock"][1] > 200
+    assert len([name for name in alone if name.endswith(".csv")]) == 6
+    assert_same_bits(run(tmp_path / "run", *LONG, ranks=ranks), alone)
+
+
+VARIANTS = {
+    "xsph": {"numerics__xsph": 0.5},
+    "midpoint": {"numerics__integrator": "midpoint"},
+    "float32": {"numerics__precision": "float32"},
+    "fixed dt": {"time__dt": 0.0009},
+    "gaussian, molteni, no slip, density layer": {
+        "numerics__kernel": "gaussian",
+        "numerics__h_over_dx": 1.333,
+        "numerics__diffusion": "molteni",
+        "walls__bottom__slip": "no",
+        "damping__0__density": "true",
+    },
+}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_variants_are_the_same_to_the_bit(tmp_path, variant):
+    arguments = (*BRIEF, *settings(**VARIANTS[variant]))
+    one = run(tmp_path / "one", *arguments)
+    assert_same_bits(run(tmp_path / "three", *arguments, ranks=3), one)
+
+
+def test_only_one_rank_talks(tmp_path):
+    """Each line comes once, whatever the number of ranks."""
+    for arguments in (("list",), ("check", "pool"), ("plan", "seiche"), ("--version",)):
+        single = parsph(*arguments, cwd=tmp_path)
+        assert parsph(*arguments, cwd=tmp_path, ranks=2).stdout == single.stdout
+
+
+def test_ranks_info_names_each_rank_and_its_columns(tmp_path):
+    result = parsph("run", "pool", *BRIEF, "--ranks-info", cwd=tmp_path, ranks=3)
+    assert result.returncode == 0, result.stderr
+    spans = [tuple(map(int, span)) for span in re.findall(r"rank \d: .*columns (\d+):(\d+)", result.stdout)]
+    assert len(spans) == 3
+    assert all(a[1] == b[0] for a, b in itertools.pairwise(spans))
+    assert result.stdout.count("time per phase") == 1
+
+
+# --- failures ------------------------------------------------------------------------------------------------------
+
+
+def test_too_many_ranks_end_with_2_and_the_cure(tmp_path):
+    result = parsph("run", "seiche", cwd=tmp_path, ranks=8)
+    assert result.returncode == 2, result.stderr
+    text = " ".join(result.stderr.split())
+    assert text.count("too many ranks: 8") == 1
+    assert re.search(r"use at most \d ranks, or a finer resolution", text)
+    assert "Traceback" not in text
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [["run", "pool", "--set", "time.ende=1"], ["run", "pool", "--nonsense"], ["runn"]])
+def test_bad_input_is_told_once_and_ends_with_2(tmp_path, arguments):
+    result = parsph(*arguments, cwd=tmp_path, ranks=2)
+    assert result.returncode == 2, result.stderr
+    assert "Traceback" not in result.stderr
+    assert result.stderr.count("time.ende") + result.stderr.count("No such") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_unwritable_output_ends_all_ranks_with_2(tmp_path):
+    (tmp_path / "file").touch()
+    result = parsph("run", "pool", *BRIEF, "--out", "file/below", cwd=tmp_path, ranks=2)
+    assert result.returncode == 2, result.stderr
+    assert result.stderr.count("cannot write") == 1
+
+
+def test_a_run_that_fails_on_one_rank_ends_the_job_with_1(tmp_path):
+    """Only the last rank has the block of water that falls; the others may wait for it in an exchange."""
+    (tmp_path / "drop.toml").write_text(DROP)
+    result = parsph("run", "drop.toml", "--out", "mine", cwd=tmp_path, ranks=3, timeout=60)
+    assert result.returncode == 1, result.stderr
+    assert re.search(r"error: particle \d+ .*density", " ".join(result.stderr.split()))
+    assert "Traceback" not in result.stderr
+    assert len(list((tmp_path / "mine" / "snapshots").glob("*.vtkhdf"))) >= 3
+
+
+HOOKED = """
+from parsph import parallel
+communicator = parallel.start()
+parallel.end_job_on_error(communicator)
+if communicator.rank == 1:
+    raise RuntimeError("injected")
+communicator.barrier()
+"""
+
+INSIDE = """
+import parsph.simulation
+from parsph.cli import main
+step = parsph.simulation.Simulation.step
+def fails(self, dt):
+    if self.communicator.rank == 1 and self.steps == 3:
+        raise {error}("injected")
+    step(self, dt)
+parsph.simulation.Simulation.step = fails
+main(["run", "pool", *{arguments}])
+"""
+
+
+@pytest.mark.parametrize(
+    "script",
+    [HOOKED, *(INSIDE.format(error=error, arguments=BRIEF) for error in ("RuntimeError", "OSError", "MemoryError"))],
+    ids=["hook alone", "RuntimeError in a run", "OSError in a run", "MemoryError in a run"],
+)
+def test_any_exception_on_one_rank_ends_the_whole_job(tmp_path, script):
+    """With its traceback, and never a hang: the other ranks wait for that one in their next exchange."""
+    path = Path(tmp_path / "script.py")
+    path.write_text(script)
+    result = python(path, cwd=tmp_path, ranks=3, timeout=40)
+    assert result.returncode != 0
+    assert "rank 1:" in result.stderr
+    assert "Traceback" in result.stderr
+    assert "injected" in result.stderr

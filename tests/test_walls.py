@@ -1,0 +1,248 @@
+"""Mirror walls, at rest and moving, and the palette."""
+
+import math
+
+import numpy as np
+import pytest
+from helpers import domain_of, images_of, water
+
+from parsph.columns import Grid
+from parsph.errors import RunError
+from parsph.walls import MirrorWall
+from parsph.walls.mirror import LAWS, SLIPS
+from parsph.wavemakers import Palette
+
+REACH, GRAVITY = 0.2, (0.0, -9.81)
+PALETTE = Palette(hinge=(0.0, 0.0), amplitude=math.radians(8), period=1.7, ramp=0.6)
+MOVING = 0.31  # a time at which angle, rate and acceleration of PALETTE all differ from zero
+
+
+def wall(normal, point=(0.0, 0.0), law="hydrostatic", slip="free", bit=1, motion=None):
+    return MirrorWall("wall", point, normal, law, slip, bit, motion)
+
+
+def mirrored(walls, position, velocity=None, density=None, time=0.0, gravity=GRAVITY):
+    """Return (images, parents) as {field: array} of particles at `position` inside a large grid."""
+    dim = position.shape[1]
+    fields = {"position": position, "mass": np.linspace(1, 2, len(position))}
+    if velocity is not None:
+        fields["velocity"] = velocity
+    if density is not None:
+        fields["density"] = density
+    grid = Grid.around((-2.0,) * dim, (3.0,) * dim, 0.25)
+    domain = domain_of(grid, fields, walls, gravity, water(), REACH)
+    domain.arrange(time)
+    ghosts, parents = images_of(domain)
+    p = domain.particles
+    names = ("position", "velocity", "density", "pressure", "mass")
+    pick = {name: p.field(name, slice(None)) for name in names}
+    return ({n: a[ghosts] for n, a in pick.items()}, {n: a[parents] for n, a in pick.items()}, p.tags[ghosts])
+
+
+def cloud(count=40, low=0.01, high=0.99, seed=2):
+    """Random particles in a strip right of x = 0, with velocities and densities."""
+    rng = np.random.default_rng(seed)
+    position = np.stack([rng.uniform(low, 0.19, count), rng.uniform(low, high, count)], axis=1)
+    return position, rng.normal(0, 1, (count, 2)), rng.uniform(980, 1030, count)
+
+
+def plate():
+    """Normal into the fluid and the direction up along PALETTE's plate at the time MOVING."""
+    angle = PALETTE.at(MOVING).angle
+    return np.array([math.cos(angle), -math.sin(angle)]), np.array([math.sin(angle), math.cos(angle)])
+
+
+def beside_plate(count=40):
+    """Random particles within reach of the plate at the time MOVING, away from the bed."""
+    position, velocity, density = cloud(count, low=0.02, high=0.8)
+    normal, up = plate()
+    distance, along = position[:, :1] * 0.9, position[:, 1:] + 0.3
+    return along * up + distance * normal, velocity, density
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+@pytest.mark.parametrize("side", [((1.0, 0.0), (0.0, 0.0)), ((-1.0, 0.0), (0.2, 0.0)), ((0.0, 1.0), (0.3, 0.0))])
+def test_mirror_is_an_involution(slip, side):
+    """The image of an image is the particle again: mirror at the same plane, seen from the other side."""
+    normal, point = side
+    position, velocity, density = cloud()
+    if normal[1]:
+        position = position[:, ::-1]
+    kinds = {"law": "plain", "slip": slip}
+    images, parents, _ = mirrored([wall(normal, point, **kinds)], position, velocity, density)
+    assert len(images["position"]) > 10
+    other = wall(tuple(-n for n in normal), point, **kinds)
+    again, _, _ = mirrored([other], images["position"], images["velocity"], images["density"])
+    order, expected = np.argsort(again["position"][:, 1]), np.argsort(parents["position"][:, 1])
+    for name in ("position", "velocity", "density"):
+        np.testing.assert_allclose(again[name][order], parents[name][expected], rtol=0, atol=1e-12, err_msg=name)
+    assert len(again["position"]) == len(images["position"])
+
+
+def test_mirror_along_the_bed_is_an_involution_at_an_inclined_plate():
+    position, _, _ = beside_plate()
+    images, parents, _ = mirrored([wall((1.0, 0.0), motion=PALETTE)], position, time=MOVING)
+    again, _, _ = mirrored([wall((-1.0, 0.0), motion=PALETTE)], images["position"], time=MOVING)
+    order, expected = np.argsort(again["position"][:, 1]), np.argsort(parents["position"][:, 1])
+    np.testing.assert_allclose(again["position"][order], parents["position"][expected], atol=1e-13)
+
+
+def test_images_stand_where_their_parents_stand_on_the_other_side_and_only_within_reach():
+    position = np.array([[0.05, 0.5], [0.19, 0.5], [0.21, 0.5], [0.9, 0.5]])
+    images, parents, _ = mirrored([wall((1.0, 0.0))], position)
+    np.testing.assert_allclose(np.sort(images["position"][:, 0]), [-0.19, -0.05])
+    np.testing.assert_array_equal(images["mass"], parents["mass"])
+
+
+def test_free_slip_reverses_the_normal_velocity_and_keeps_the_tangential_one():
+    images, parents, _ = mirrored([wall((1.0, 0.0))], *cloud())
+    np.testing.assert_array_equal(images["velocity"], parents["velocity"] * [-1, 1])
+
+
+def test_no_slip_reverses_the_whole_velocity():
+    images, parents, _ = mirrored([wall((1.0, 0.0), slip="no")], *cloud())
+    np.testing.assert_array_equal(images["velocity"], -parents["velocity"])
+
+
+def plate_motion(position):
+    """Velocity and acceleration of the plate's rotation at `position`: leaning to +x by theta turns (x, z) by
+    ``v = theta' (z, -x)``, ``a = theta'' (z, -x) - theta'^2 (x, z)``.
+    """
+    now = PALETTE.at(MOVING)
+    turned = position[:, ::-1] * [1, -1]
+    return now.rate * turned, now.acceleration * turned - now.rate**2 * position
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_velocities_of_images_are_relative_to_the_moving_plate(slip):
+    """Free slip: ``v - 2 [(v - v_w) . n] n``; no slip: ``2 v_w - v``."""
+    images, parents, _ = mirrored([wall((1.0, 0.0), slip=slip, motion=PALETTE)], *beside_plate(), time=MOVING)
+    v, (v_wall, _), (normal, _) = parents["velocity"], plate_motion(parents["position"]), plate()
+    free = v - 2 * ((v - v_wall) @ normal)[:, None] * normal
+    np.testing.assert_allclose(images["velocity"], free if slip == "free" else 2 * v_wall - v, atol=1e-13)
+
+
+@pytest.mark.parametrize("motion", [None, PALETTE], ids=["at rest", "moving"])
+def test_hydrostatic_images_continue_the_pressure(motion):
+    """``p_image - p = rho (g - a_w) . (x_image - x)``, with the density that belongs to it."""
+    position, velocity, density = beside_plate() if motion else cloud()
+    if not motion:
+        position = position[:, ::-1]
+    normal = (1.0, 0.0) if motion else (0.0, 1.0)
+    images, parents, _ = mirrored([wall(normal, motion=motion)], position, velocity, density, time=MOVING)
+    acceleration = plate_motion(parents["position"])[1] if motion else 0.0
+    way = images["position"] - parents["position"]
+    rise = parents["density"] * ((np.array(GRAVITY) - acceleration) * way).sum(axis=1)
+    np.testing.assert_allclose(images["pressure"] - parents["pressure"], rise, rtol=1e-9, atol=1e-8)
+    np.testing.assert_allclose(images["density"], water().density(images["pressure"]), rtol=1e-14)
+    assert np.abs(rise).max() > 1
+
+
+def test_plain_images_have_the_density_and_pressure_of_their_parents():
+    position, velocity, density = cloud()
+    images, parents, _ = mirrored([wall((0.0, 1.0), law="plain")], position[:, ::-1], velocity, density)
+    np.testing.assert_array_equal(images["density"], parents["density"])
+    np.testing.assert_array_equal(images["pressure"], parents["pressure"])
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("slip", SLIPS)
+def test_images_of_water_at_rest_are_at_rest(law, slip):
+    images, _, _ = mirrored([wall((0.0, 1.0), law=law, slip=slip)], cloud()[0])
+    assert (images["velocity"] == 0).all()
+    assert len(images["velocity"]) > 0
+
+
+def test_a_right_angled_corner_makes_three_images():
+    """One per wall and one across the corner; along one wall there is one, far from both there is none."""
+    walls = [wall((1.0, 0.0), bit=1), wall((0.0, 1.0), bit=2)]
+    position = np.array([[0.03, 0.07], [0.05, 1.0], [1.0, 0.05], [1.0, 1.0]])
+    images, parents, tags = mirrored(walls, position)
+    corner = np.isclose(parents["position"], position[0]).all(axis=1)
+    expected = {(-0.03, 0.07), (0.03, -0.07), (-0.03, -0.07)}
+    assert {tuple(x) for x in np.round(images["position"][corner], 12)} == expected
+    assert corner.sum() == 3
+    assert len(images["position"]) == 5
+    assert len(set(tags)) == 5
+
+
+def test_a_corner_of_three_walls_makes_seven_images():
+    sides = [tuple(np.eye(3)[axis]) for axis in range(3)]
+    walls = [MirrorWall("wall", (0.0,) * 3, side, "plain", "free", 1 << k) for k, side in enumerate(sides)]
+    images, _, tags = mirrored(walls, np.array([[0.03, 0.05, 0.07]]), gravity=(0.0, 0.0, -9.81))
+    signs = 1 - 2 * np.array(list(np.ndindex(2, 2, 2)))[1:]
+    assert {tuple(x) for x in np.round(images["position"], 12)} == {tuple(s * (0.03, 0.05, 0.07)) for s in signs}
+    assert len(tags) == len(set(tags)) == 7
+
+
+def test_a_particle_beyond_a_wall_is_named():
+    with pytest.raises(RunError, match="particle 1 crossed the wall wall"):
+        mirrored([wall((1.0, 0.0))], np.array([[0.05, 0.5], [-1e-6, 0.5]]))
+
+
+# --- the palette ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ramp", [0.0, 0.6, 5.0])
+@pytest.mark.parametrize("single", [False, True])
+def test_rate_and_acceleration_are_the_derivatives_of_the_angle(ramp, single):
+    """By central differences, away from the times at which a sudden start or end has none."""
+    palette = Palette((0.0, 0.0), 0.1, 1.7, ramp, single)
+    step = 1e-5
+    for time in np.linspace(0.013, 3.3, 91):
+        if min(abs(time - palette.period), abs(time - ramp)) < 2 * step:
+            continue
+        before, now, after = (palette.at(t) for t in (time - step, time, time + step))
+        assert now.rate == pytest.approx((after.angle - before.angle) / (2 * step), abs=1e-8)
+        assert now.acceleration == pytest.approx((after.rate - before.rate) / (2 * step), abs=1e-7)
+
+
+def test_angle_is_that_of_the_paper():
+    """theta(t) = theta0 sin(2 pi t / P), leaning towards +x first."""
+    palette = Palette((0.0, 0.0), math.radians(5), 2.0)
+    assert palette.at(0.5).angle == pytest.approx(math.radians(5))
+    assert palette.at(1.5).angle == pytest.approx(-math.radians(5))
+    assert palette.at(0.0).angle == 0
+
+
+def test_a_ramp_starts_from_rest_and_ends_in_the_full_motion():
+    sudden = Palette((0.0, 0.0), 0.1, 1.7)
+    assert PALETTE.at(1e-9).rate == pytest.approx(0, abs=1e-8)
+    assert Palette((0.0, 0.0), 0.1, 1.7, ramp=0.6).at(0.6) == sudden.at(0.6)
+    assert abs(Palette((0.0, 0.0), 0.1, 1.7, ramp=0.6).at(0.3).angle) == pytest.approx(0.5 * sudden.at(0.3).angle)
+
+
+def test_a_single_oscillation_ends_upright_and_at_rest():
+    palette = Palette((0.0, 0.0), 0.1, 1.7, single=True)
+    assert palette.at(1.699).angle == pytest.approx(0, abs=1e-3)
+    for time in (1.7, 1.9, 50.0):
+        assert (palette.at(time).angle, palette.at(time).rate, palette.at(time).acceleration) == (0, 0, 0)
+
+
+def test_images_at_the_palette_have_the_height_of_their_parents():
+    """Mirrored along the bed: reflected squarely, the bed would not map onto itself."""
+    images, parents, _ = mirrored([wall((1.0, 0.0), motion=PALETTE)], *beside_plate(), time=MOVING)
+    np.testing.assert_array_equal(images["position"][:, 1], parents["position"][:, 1])
+    middle = 0.5 * (images["position"] + parents["position"])
+    np.testing.assert_allclose(middle @ plate()[0], 0, atol=1e-15)
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_point_of_the_plate_maps_to_itself_and_moves_with_the_plate(slip):
+    """Its mean with its image has the plate's normal velocity, ``theta' s`` at the distance s from the hinge."""
+    normal, up = plate()
+    along = np.linspace(0.1, 1.0, 9)[:, None]
+    position = along * up + 1e-13 * normal
+    velocity = np.random.default_rng(3).normal(0, 1, position.shape)
+    images, parents, _ = mirrored([wall((1.0, 0.0), slip=slip, motion=PALETTE)], position, velocity, time=MOVING)
+    assert len(images["position"]) == 9
+    np.testing.assert_allclose(images["position"], parents["position"], atol=1e-12)
+    mean = 0.5 * (images["velocity"] + parents["velocity"]) @ normal
+    distance = np.linalg.norm(parents["position"], axis=1)
+    np.testing.assert_allclose(mean, PALETTE.at(MOVING).rate * distance, rtol=1e-10)
+
+
+def test_the_plate_follows_its_angle():
+    moving = wall((1.0, 0.0), motion=PALETTE)
+    moving.move(MOVING)
+    np.testing.assert_allclose(moving.numbers[2:4], plate()[0], atol=1e-15)

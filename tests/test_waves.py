@@ -1,0 +1,111 @@
+"""Linear wave theory against reference numbers."""
+
+import math
+
+import numpy as np
+import pytest
+
+from parsph.scene.build import palette_of
+from parsph.scene.load import load_scene
+from parsph.waves import Seiche, angular_frequency, flap_transfer, viscosity_of_alpha, wavenumber
+
+
+@pytest.mark.parametrize("kd", [1e-3, 0.1, 0.5, 1.037, 3.0, 10.0, 60.0])
+@pytest.mark.parametrize("depth", [0.2, 1.0, 30.0])
+def test_wavenumber_inverts_angular_frequency(kd, depth):
+    frequency = angular_frequency(kd / depth, depth, 9.81)
+    assert wavenumber(frequency, depth, 9.81) == pytest.approx(kd / depth, rel=1e-12)
+
+
+def test_shallow_and_deep_water_limits_of_the_dispersion():
+    """omega = k sqrt(g d) for kd -> 0 and sqrt(g k) for kd -> infinity."""
+    assert angular_frequency(1e-4, 1.0, 9.81) == pytest.approx(1e-4 * math.sqrt(9.81), rel=1e-8)
+    assert angular_frequency(50.0, 1.0, 9.81) == pytest.approx(math.sqrt(9.81 * 50), rel=1e-12)
+
+
+# H/S of a flap hinged at the bed, Biesel (1951): (kd, H/S), evaluated in 40 decimal digits.
+FLAP = [(0.1, 0.0500415141), (0.5, 0.2547437638), (1.0, 0.5280876236), (1.037, 0.5488367513), (2.0, 1.0412385909)]
+
+
+@pytest.mark.parametrize(("kd", "transfer"), [*FLAP, (5.0, 1.6037523166)])
+def test_flap_transfer_has_the_reference_numbers(kd, transfer):
+    assert flap_transfer(kd) == pytest.approx(transfer, rel=1e-9)
+
+
+@pytest.mark.parametrize("kd", [1e-3, 0.01, 0.05])
+def test_flap_in_shallow_water_makes_waves_of_half_kd_strokes(kd):
+    """H/S -> kd/2: the water that the triangle under the flap displaces leaves at sqrt(g d)."""
+    assert flap_transfer(kd) == pytest.approx(0.5 * kd, rel=kd**2)
+
+
+def test_flap_in_deep_water_makes_waves_of_two_strokes():
+    """H/S -> 2 (1 - 1/kd) for kd -> infinity: all of the wave's motion is at the surface."""
+    assert flap_transfer(40.0) == pytest.approx(2 * (1 - 1 / 40.0), rel=1e-10)
+
+
+def test_flap_transfer_is_that_of_the_velocity_profile():
+    """The propagating mode's share of the flap's velocity profile z/d, by quadrature (Dean & Dalrymple, section 6.3).
+
+    ``H/S = 4 sinh(kd) int_0^d (z/d) cosh(kz) dz k / (sinh 2kd + 2kd)``.
+    """
+    z = np.linspace(0, 1, 20001)
+    for kd in (0.3, 1.037, 2.5):
+        profile = np.trapezoid(z * np.cosh(kd * z), z)
+        expected = 4 * math.sinh(kd) * profile * kd / (math.sinh(2 * kd) + 2 * kd)
+        assert flap_transfer(kd) == pytest.approx(expected, rel=1e-7)
+
+
+def test_numbers_of_the_pool():
+    """Molteni et al., section 3: the period is that of a 6.061 m wave on 1 m of water with g = 9.8."""
+    scene = load_scene("pool")
+    palette = palette_of(scene)
+    k = wavenumber(2 * math.pi / palette.period, scene.depth, scene.domain.gravity)
+    assert (scene.domain.gravity, scene.depth, palette.period) == (9.8, 1.0, 2.236969878)
+    assert palette.amplitude == pytest.approx(math.radians(5))
+    assert 2 * math.pi / k == pytest.approx(6.061, abs=5e-4)
+    assert flap_transfer(k * scene.depth) == pytest.approx(0.5486, abs=5e-4)
+    stroke = 2 * math.sin(palette.amplitude) * scene.depth
+    assert stroke == pytest.approx(0.1743, abs=1e-4)
+    assert 2 * palette.reach(scene.depth) * flap_transfer(k * scene.depth) == pytest.approx(0.0956, abs=5e-4)
+
+
+def test_viscosity_that_alpha_stands_for():
+    """Monaghan (2005): nu = alpha h c0 / 8 in 2D and / 10 in 3D."""
+    assert viscosity_of_alpha(0.02, 0.1, 60.0, 2) == pytest.approx(0.02 * 0.1 * 60.0 / 8)
+    assert viscosity_of_alpha(0.02, 0.1, 60.0, 3) == pytest.approx(0.02 * 0.1 * 60.0 / 10)
+
+
+SEICHE = Seiche(length=0.2, depth=0.2, amplitude=0.005, gravity=9.81)
+
+
+def test_frequency_of_the_seiche():
+    """Szmidt (2013), Fig. 2: 12.39 1/s for H = L = 0.2 m."""
+    assert SEICHE.frequency == pytest.approx(12.39, abs=0.005)
+
+
+def test_seiche_is_free_of_divergence_and_of_rotation():
+    rng = np.random.default_rng(3)
+    x, step = rng.uniform(0.02, 0.18, (50, 2)), 1e-5
+
+    def slope(axis):
+        shift = step * np.eye(2)[axis]
+        return (SEICHE.velocity(x + shift) - SEICHE.velocity(x - shift)) / (2 * step)
+
+    along, up = slope(0), slope(1)
+    scale = np.abs(along).max()
+    np.testing.assert_allclose(along[:, 0] + up[:, 1], 0, atol=1e-7 * scale)
+    np.testing.assert_allclose(along[:, 1] - up[:, 0], 0, atol=1e-7 * scale)
+
+
+def test_seiche_does_not_cross_bed_and_side_walls():
+    height = np.linspace(0, 0.2, 11)
+    for x in (0.0, 0.2):
+        np.testing.assert_allclose(SEICHE.velocity(np.stack([0 * height + x, height], axis=1))[:, 0], 0, atol=1e-15)
+    np.testing.assert_allclose(SEICHE.velocity(np.stack([height, 0 * height], axis=1))[:, 1], 0, atol=1e-15)
+
+
+def test_seiche_lifts_the_surface_at_its_amplitude_times_frequency():
+    """eta = A sin(omega t) cos(kx), so that d eta/dt = A omega cos(kx) at t = 0 is the vertical velocity at the surface."""
+    x = np.linspace(0, 0.2, 9)
+    up = SEICHE.velocity(np.stack([x, np.full(9, 0.2)], axis=1))[:, 1]
+    np.testing.assert_allclose(up, 0.005 * SEICHE.frequency * np.cos(SEICHE.wavenumber * x), atol=1e-12)
