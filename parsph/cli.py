@@ -136,7 +136,11 @@ def main(arguments=None):
     except ParsphError as error:
         _fail(communicator, paragraph(error), error.exit_code)
     except KeyboardInterrupt:
-        _fail(communicator, "interrupted: what was written up to here is complete", 130)
+        _fail(communicator, "interrupted", 130)
+    except SystemExit as end:
+        if end.code not in (None, 0, 2):  # else the other ranks would wait for this one for ever
+            _fail(communicator, "", end.code)
+        raise
 
 
 @contextmanager
@@ -150,8 +154,8 @@ def _quiet(quiet):
 
 
 def _fail(communicator, message, code):
-    """Say why and end the job. Bad input and interrupts reach all ranks alike: rank 0 speaks for them."""
-    if communicator.rank == 0 or code == 1:
+    """Say why and end the job. Bad input is found by all ranks alike: rank 0 speaks for them."""
+    if message and (communicator.rank == 0 or code != 2):
         print(message, file=sys.__stderr__, flush=True)
     if communicator.size > 1 and code != 2:
         communicator.abort(code)

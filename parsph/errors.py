@@ -61,6 +61,12 @@ class RunError(ParsphError):
     """A run that went wrong while it ran; the last good output is kept (exit code 1)."""
 
 
+class Interrupted(ParsphError):
+    """A run that the user stopped (exit code 130)."""
+
+    exit_code = 130
+
+
 def paragraph(error, width=100):
     """The text of an error as one wrapped paragraph per fault, headed ``error:``."""
     return "\n".join(textwrap.fill(f"error: {line}", width, subsequent_indent="  ") for line in str(error).splitlines())

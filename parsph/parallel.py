@@ -93,7 +93,9 @@ class MpiCommunicator(Communicator):
         return self.comm.bcast(item)
 
     def minimum(self, value):
-        return self.comm.allreduce(value, self.mpi.MIN)
+        result = np.array(value)
+        self.comm.Allreduce(self.mpi.IN_PLACE, result, self.mpi.MIN)
+        return float(result)
 
     def send(self, item, rank):
         self.comm.send(item, rank, tag=9)
@@ -106,6 +108,8 @@ class MpiCommunicator(Communicator):
         return np.concatenate(parts) if self.rank == 0 else array[:0]
 
     def abort(self, code):
+        sys.stdout.flush()
+        sys.__stderr__.flush()
         self.comm.Abort(code)
 
 

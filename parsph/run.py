@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from . import __version__, parallel
+from .errors import Interrupted
 from .io.folder import output_folder
 from .jit import compilations
 from .parallel import Communicator
@@ -73,6 +74,9 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     begin = time.perf_counter()
     try:
         simulation.run()
+    except KeyboardInterrupt:
+        why = "what was written up to here is complete"
+        raise Interrupted(f"interrupted at t = {simulation.time:.6g} s", where=str(folder), why=why) from None
     finally:
         log.close()
     summary = _summary(scene, simulation, folder, name, time.perf_counter() - begin, log.total)

@@ -123,34 +123,16 @@ INTEGRATORS = {integrator.name: integrator for integrator in (Verlet, Midpoint)}
 
 
 def _predict(p, dt, keep_position):
-    predict(
-        p.shared,
-        p.private,
-        p.tags,
-        p.acceleration,
-        p.density_rate,
-        p.drift,
-        p.first,
-        p.last,
-        p.layout.dim,
-        dt,
-        keep_position,
-    )
+    predict(*_arrays(p), dt, keep_position)
 
 
 def _correct(compiled, p, dt):
-    return compiled(
-        p.shared,
-        p.private,
-        p.tags,
-        p.acceleration,
-        p.density_rate,
-        p.drift,
-        p.first,
-        p.last,
-        p.layout.dim,
-        dt,
-    )
+    return compiled(*_arrays(p), dt)
+
+
+def _arrays(p):
+    """Return the arguments that all passes share."""
+    return p.shared, p.private, p.tags, p.acceleration, p.density_rate, p.drift, p.first, p.last, p.layout.dim
 
 
 def time_step_limit(h, c0, gravity, cfl, speed=0.0, acceleration=0.0):

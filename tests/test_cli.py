@@ -8,7 +8,7 @@ import time
 
 import h5py
 import pytest
-from helpers import DROP, parsph, python, settings, start
+from helpers import DROP, parsph, python, settings, start, why_no_mpi
 
 from parsph.io.tables import read_table
 
@@ -170,10 +170,13 @@ def assert_readable(folder, least=1, particles=1210):
     assert len(read_table(folder / "gauges" / "level-00.csv")["time [s]"]) >= 1
 
 
-def test_interrupt_ends_with_130_and_leaves_readable_files(tmp_path):
-    """Ctrl-C in mid-run; meanwhile the log has grown line by line."""
+@pytest.mark.parametrize(
+    "ranks", [None, pytest.param(2, marks=pytest.mark.skipif(bool(why_no_mpi()), reason=why_no_mpi() or "-"))]
+)
+def test_interrupt_ends_with_130_and_leaves_readable_files(tmp_path, ranks):
+    """Ctrl-C in mid-run, of one rank or of a whole job; meanwhile the log has grown line by line."""
     many = settings(time__end=500, output__snapshots__every=0.01, output__log__every=0.01, numerics__dx=0.1)
-    process = start("-m", "parsph", "run", "pool", *many, "--out", "mine", cwd=tmp_path)
+    process = start("-m", "parsph", "run", "pool", *many, "--out", "mine", cwd=tmp_path, ranks=ranks)
     deadline = time.monotonic() + 120
     while len(list(tmp_path.glob("mine/snapshots/*.vtkhdf"))) < 3 and time.monotonic() < deadline:
         assert process.poll() is None, process.communicate()

@@ -59,19 +59,23 @@ class Gauge(Observer):
         raise NotImplementedError
 
 
-def particles_near(simulation, low, high, names):
-    """Return the named fields of all fluid particles with ``low <= x < high`` [m], side by side, on rank 0.
+def particles_near(simulation, x):
+    """Return what is within the kernel's reach of the plane at `x` [m], on rank 0; nothing elsewhere.
 
-    Rows are in the order of (cell, id).
+    Returns
+    -------
+    tuple of ndarray
+        Position [m], shape (n, dim), mass [kg] and density [kg/m^3], in the order of (cell, id).
     """
-    p = simulation.particles
-    first, last = simulation.domain.rows_between(low, high)
+    sweep, p = simulation.sweep, simulation.particles
+    reach = sweep.kernel.support * sweep.h
+    first, last = simulation.domain.rows_between(x - reach, x + reach)
     rows = p.fluid
     rows = rows[np.searchsorted(rows, first) : np.searchsorted(rows, last)]
-    x = p.field("position", rows)[:, 0]
-    rows = rows[(x >= low) & (x < high)]
-    table = np.concatenate([np.atleast_2d(p.field(name, rows).T).T for name in names], axis=1)
-    return simulation.communicator.stack(table)
+    rows = rows[np.abs(p.field("position", rows)[:, 0] - x) < reach]
+    columns = *p.field("position", rows).T, p.field("mass", rows), p.field("density", rows)
+    table = simulation.communicator.stack(np.stack(columns, axis=1))
+    return table[:, : sweep.dim], table[:, sweep.dim], table[:, sweep.dim + 1]
 
 
 class LevelGauge(Gauge):
@@ -96,20 +100,17 @@ class LevelGauge(Gauge):
         self.place, self.sides = np.asarray(place, float), sides
 
     def measure(self, simulation):
-        sweep = simulation.sweep
-        reach = sweep.kernel.support * sweep.h
-        x = self.place[0]
-        table = particles_near(simulation, x - reach, x + reach, ("position", "mass", "density"))
+        position, mass, density = particles_near(simulation, self.place[0])
         if simulation.communicator.rank:
             return ()
-        dim = sweep.dim
-        position, volume = table[:, :dim], table[:, dim] / table[:, dim + 1]
-        position, volume = _with_images(position, volume, self.sides, self.place, reach)
+        sweep = simulation.sweep
+        reach = sweep.kernel.support * sweep.h
+        position, volume = _with_images(position, mass / density, self.sides, self.place, reach)
         away = ((position[:, :-1] - self.place) ** 2).sum(axis=1)
         close = away < reach**2
         if not close.any():
             return (self.sides[0][-1],)
-        scale = sweep.kernel.norms[dim - 1] / sweep.h**dim
+        scale = sweep.kernel.norms[sweep.dim - 1] / sweep.h**sweep.dim
         return (_top_of_water(position[close, -1], away[close], volume[close] * scale, sweep.h, sweep.kernel.code),)
 
 
@@ -173,16 +174,12 @@ class PressureGauge(Gauge):
         self.place = np.asarray(place, float)
 
     def measure(self, simulation):
-        sweep = simulation.sweep
-        reach = sweep.kernel.support * sweep.h
-        x = self.place[0]
-        table = particles_near(simulation, x - reach, x + reach, ("position", "mass", "density"))
+        position, mass, density = particles_near(simulation, self.place[0])
         if simulation.communicator.rank:
             return ()
-        dim = sweep.dim
-        apart = self.place - table[:, :dim]
-        mass, density = table[:, dim], table[:, dim + 1]
-        weights = mass / density * sweep.kernel.value(np.sqrt((apart**2).sum(axis=1)), sweep.h, dim)
+        sweep = simulation.sweep
+        apart = self.place - position
+        weights = mass / density * sweep.kernel.value(np.sqrt((apart**2).sum(axis=1)), sweep.h, sweep.dim)
         total = weights.sum()
         if total <= 0:
             return (0.0,)
