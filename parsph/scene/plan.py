@@ -11,8 +11,8 @@ from ..stepping import INTEGRATORS, time_step_limit
 from .build import palette_of, state_of, terms_of, walls_of
 from .lattice import Lattice
 
-# Time of one pair candidate with its share of the step [s], float64, measured by `parsph bench` on a 2.4 GHz AVX2 core.
-SECONDS_PER_CANDIDATE = 2.2e-9
+# Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
+SECONDS_PER_CANDIDATE = 2.8e-9
 BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 81, "float32": 45}
 
 
@@ -24,7 +24,7 @@ def costs(scene):
     steps = math.ceil(scene.time.end / step)
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
     candidates = (3 * scene.kernel.support * scene.numerics.h_over_dx) ** scene.dim
-    precision = 0.6 if scene.numerics.precision == "float32" else 1.0
+    precision = 0.72 if scene.numerics.precision == "float32" else 1.0
     snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
     return {
         "particles": particles,
