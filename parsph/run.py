@@ -12,6 +12,7 @@ from . import __version__, parallel
 from .errors import Interrupted
 from .io.folder import output_folder
 from .jit import compilations
+from .observers import InterruptGuard
 from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
 from .scene.build import build, cuts_of, palette_of
@@ -66,7 +67,8 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     loading = time.perf_counter() - loading
     simulation = build(scene, communicator, folder)
     log = ProgressLog(scene.log_interval, scene.time.end)
-    simulation.observers.append(log)
+    guard = InterruptGuard()
+    simulation.observers += [log, guard]
     if communicator.rank == 0:
         _print_start(scene, simulation, folder, name, loading, compiled)
     if ranks_info:
@@ -78,6 +80,7 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
         why = "what was written up to here is complete"
         raise Interrupted(f"interrupted at t = {simulation.time:.6g} s", where=str(folder), why=why) from None
     finally:
+        guard.close()
         log.close()
     summary = _summary(scene, simulation, folder, name, time.perf_counter() - begin, log.total)
     if communicator.rank == 0:
