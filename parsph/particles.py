@@ -128,7 +128,7 @@ class Particles:
         self.drift = np.zeros((0, layout.dim))
         self.reserve(capacity)
 
-    def reserve(self, capacity, drift=False):
+    def reserve(self, capacity):
         """Make room for `capacity` rows, keeping what is there."""
         if capacity <= len(self.tags):
             return

@@ -14,8 +14,6 @@ from rich.table import Table as RichTable
 from .io.gauges import EnergyGauge
 from .observers import Observer
 
-BAR_STEPS = 20
-
 
 class ProgressLog(Observer):
     """Progress on a terminal, log lines elsewhere; rank 0 prints, all ranks take part in the sums.
@@ -43,7 +41,7 @@ class ProgressLog(Observer):
         return float("inf")
 
     def begin(self, simulation):
-        self._clock, self._evaluations = time.perf_counter(), 0
+        self._clock = time.perf_counter()
         low, high = (-float("inf"),) * simulation.sweep.dim, (float("inf"),) * simulation.sweep.dim
         self._energy = EnergyGauge("log", None, low, high)
         self.total = sum(simulation.communicator.allgather(len(simulation.particles.fluid)))

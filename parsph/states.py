@@ -1,6 +1,5 @@
 """Equations of state: pressure, its inverse, and the compressible energy."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,7 +94,3 @@ class State:
             return self.c0**2 * (np.log(ratio) + 1 / ratio - 1)
         gamma = self.gamma
         return self.c0**2 / gamma * (ratio ** (gamma - 1) / (gamma - 1) + 1 / ratio - gamma / (gamma - 1))
-
-    def deepest(self, gravity):
-        """Return the depth [m] of water that the state can hold still below its density limit factor e."""
-        return math.inf if gravity == 0 else self.c0**2 / gravity

@@ -22,7 +22,7 @@ from .terms.viscosity import artificial_viscosity
 from .terms.xsph import smoothing_weight
 
 PADDING = 16
-SCRATCH_ROWS = 12
+SCRATCH_ROWS = 11
 FAR = 1.0e4  # support radii; its square is still far from the largest float32
 
 

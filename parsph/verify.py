@@ -58,7 +58,7 @@ def verify(cases=None, quick=False, json_file=None):
         for metric, value, unit, bar in CASES[name](quick):
             rows.append(_row(name, metric, value, unit, bar))
         rows.append(_row(name, "cost", time.process_time() - begin, "CPU s", None))
-        console().print(_table(rows[-1:] if len(rows) == 1 else [row for row in rows if row["case"] == name]))
+        console().print(_table([row for row in rows if row["case"] == name]))
     if json_file:
         json_file.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     return all(row["pass"] for row in rows)
