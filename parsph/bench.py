@@ -152,6 +152,21 @@ def fixed_cost(steps=2000):
     return best
 
 
+def layer_cost(steps=300):
+    """Return the share of a step that the layer of the default pool takes, half of its particles in it [-]."""
+    simulation = build(load_scene("pool", {"gauges": []}), Communicator())
+    simulation.prepare()
+    for _ in range(20):
+        simulation.advance()
+    shares = []
+    for _ in range(5):
+        before, begin = simulation.timers.seconds["damping"], time.perf_counter()
+        for _ in range(steps // 5):
+            simulation.advance()
+        shares.append((simulation.timers.seconds["damping"] - before) / (time.perf_counter() - begin))
+    return float(np.median(shares))
+
+
 def bench(json_file=None, particles=100_000, repeats=7):
     """Measure, print and, if asked, write the table of speeds."""
     rows = [measure(particles, h, precision, repeats) for precision in PRECISIONS for h in H_OVER_DX]
@@ -166,6 +181,9 @@ def bench(json_file=None, particles=100_000, repeats=7):
     out.print(table)
     cost = fixed_cost()
     out.print(f"fixed cost of a step: {1e6 * cost:.0f} microseconds")
+    share = layer_cost()
+    out.print(f"absorbing layer of the pool: {share:.1%} of a step")
     if json_file:
+        rows.append({"fixed cost of a step [s]": cost, "layer over step": share})
         json_file.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     return rows

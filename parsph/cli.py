@@ -65,8 +65,9 @@ def list_scenes():
     from .progress import console
     from .scene.load import builtin_names, load_scene
 
-    for name in builtin_names():
-        console().print(f"{name:12s} {load_scene(name).title}", markup=False)
+    names = builtin_names()
+    for name in names:
+        console().print(f"{name:{max(map(len, names))}s}  {load_scene(name).title}", markup=False)
 
 
 @app.command()
@@ -97,6 +98,105 @@ def show(
     from .scene.load import json_schema, load_scene, scene_text
 
     print(json_schema() if schema else scene_text(load_scene(scene, set_)))
+
+
+@app.command()
+def study(
+    name: Annotated[str | None, typer.Argument(metavar="STUDY", help="Built-in study or a TOML file; none: list them.")] = None,
+    set_: Settings = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Rows at a time. Default: as many as there are cores for.")] = None,
+    ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of each row.")] = 1,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on in --out; finished rows are not run again.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder. Default: studies/STUDY-NNN, the next free number.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Its small size: minutes on two cores.")] = False,
+    row: Annotated[str | None, typer.Option(help="Run this row alone (number or name), as a task of a job array.")] = None,
+    list_: Annotated[bool, typer.Option("--list", help="Print the rows and what they cost, and run nothing.")] = False,
+):
+    """Run a matrix of scenes: one folder a row, one table, figures, a report.
+
+    Failed rows are recorded and do not stop the others. After an interruption go on with `--resume --out FOLDER`.
+    """
+    from .study import command
+
+    if name is None:
+        command.print_studies()
+    elif list_:
+        command.print_rows(name, set_, quick)
+    else:
+        command.study(name, set_, jobs, ranks, resume, out, quick, row)
+
+
+analyse = typer.Typer(no_args_is_help=True, help="Analyse finished runs: waves, reflection, energies.")
+app.add_typer(analyse, name="analyse")
+
+RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of a run.")]
+GaugeNames = Annotated[list[str] | None, typer.Option("--gauge", help="Level gauges to use; default: all. Repeatable.")]
+Start = Annotated[float, typer.Option(help="Leave out what was before this time [s].")]
+
+
+@analyse.command("waves")
+def analyse_waves(folder: RunFolder, gauge: GaugeNames = None, start: Start = 0.0, json_file: JsonFile = None):
+    """Mean level, wave height, period and phase at each level gauge, by zero up-crossings."""
+    from .examine import waves
+
+    waves(folder, gauge, start, json_file)
+
+
+@analyse.command("reflection")
+def analyse_reflection(
+    folder: RunFolder,
+    gauge: GaugeNames = None,
+    start: Start = 0.0,
+    period: Annotated[float | None, typer.Option(help="Period [s]. Default: the wavemaker's.")] = None,
+    periods: Annotated[int, typer.Option(min=1, help="So many periods at the end count.")] = 4,
+    spectrum: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Irregular waves between these frequencies [Hz].")
+    ] = None,
+    json_file: JsonFile = None,
+):
+    """Incident and reflected waves from level gauges: two after Goda & Suzuki, three or more after Mansard & Funke."""
+    from .examine import reflection
+
+    reflection(folder, gauge, start, period, periods, spectrum, json_file)
+
+
+@analyse.command("ratio")
+def analyse_ratio(
+    layer: Annotated[Path, typer.Argument(help="Run with the layer.")],
+    reflecting: Annotated[Path, typer.Argument(help="Run with a wall instead.")],
+    infinite: Annotated[Path, typer.Argument(help="Run whose end is too far away to matter.")],
+    json_file: JsonFile = None,
+):
+    """Reflection ratio of three 1D shallow-water runs at their end, Molteni et al. eqs. (2.7), (2.8)."""
+    from .examine import ratio
+
+    ratio(layer, reflecting, infinite, json_file)
+
+
+@analyse.command("energy")
+def analyse_energy(
+    folder: RunFolder,
+    low: Annotated[str | None, typer.Option(metavar="X,Z", help="Lower corner of the region [m].")] = None,
+    high: Annotated[str | None, typer.Option(metavar="X,Z", help="Upper corner of the region [m].")] = None,
+    json_file: JsonFile = None,
+):
+    """Kinetic energy of a region in every snapshot."""
+    from .examine import energy
+
+    energy(folder, low, high, json_file)
+
+
+@app.command()
+def plot(
+    folder: RunFolder,
+    out: Annotated[Path | None, typer.Option(help="Folder for the pictures. Default: DIR/figures.")] = None,
+    field: Annotated[str, typer.Option(help="What colours the particles: pressure, density, speed, ...")] = "pressure",
+    snapshot: Annotated[int, typer.Option(help="Which snapshot; -1 is the last.")] = -1,
+):
+    """Draw a run: particles coloured by a field, levels at the gauges, energies against time."""
+    from .examine import plot as plot_run
+
+    plot_run(folder, out, field, snapshot)
 
 
 @app.command()

@@ -44,7 +44,7 @@ FIELDS = (
     Field("velocity", 1, "m/s", "velocity", snapshot=True),
     Field("density", 0, "kg/m^3", "density", snapshot=True),
     Field("pressure", 0, "Pa", "pressure from the equation of state", snapshot=True),
-    Field("mass", 0, "kg", "mass, per metre of width in 2D and per square metre of cross-section in 1D"),
+    Field("mass", 0, "kg", "mass, per metre of width in 2D and per square metre of cross-section in 1D", snapshot=True),
     Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private"),
     Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private"),
     Field("start_position", 1, "m", "position at the beginning of the step", "private", needed_by="midpoint"),
@@ -112,11 +112,14 @@ class Particles:
         Cell of each particle that is to be sorted.
     first, last : int
         The owned particles (ghosts included) are the rows ``first:last``.
+    summed : bool
+        Whether `density_rate` holds densities: those of a scene that sums them instead of integrating.
     """
 
     def __init__(self, layout, capacity=64):
         self.layout = layout
         self.first = self.last = 0
+        self.summed = False
         self.shared = np.zeros((0, layout.width("shared")))
         self.private = np.zeros((0, layout.width("private")))
         self.tags = np.zeros(0, np.int64)

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from . import __version__, parallel
+from .analysis import mean_height
 from .errors import Interrupted
-from .io.folder import output_folder
+from .io.folder import output_folder, write_whole
 from .jit import compilations
 from .observers import InterruptGuard
 from .parallel import Communicator
@@ -73,7 +74,7 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
         _print_start(scene, simulation, folder, name, loading, compiled)
     if ranks_info:
         _print_ranks(simulation)
-    begin = time.perf_counter()
+    begin, processor = time.perf_counter(), time.process_time()
     try:
         simulation.run()
     except KeyboardInterrupt:
@@ -82,9 +83,10 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     finally:
         guard.close()
         log.close()
-    summary = _summary(scene, simulation, folder, name, time.perf_counter() - begin, log.total)
+    spent = time.perf_counter() - begin, time.process_time() - processor
+    summary = _summary(scene, simulation, folder, name, *spent, log.total)
     if communicator.rank == 0:
-        (folder / "summary.json").write_text(json.dumps(summary, indent=1), encoding="utf-8")
+        write_whole(folder / "summary.json", json.dumps(summary, indent=1))  # its presence says that the run has finished
     _print_end(simulation, summary)
     return Finished(simulation, folder, summary)
 
@@ -110,7 +112,7 @@ def _touch_code(scene):
     """Make a step with a handful of particles of the same scene, all kinds of walls, zones and gauges included."""
     dx = scene.numerics.dx
     corner = [min(block.low[d] for block in scene.fluid.blocks) for d in range(scene.dim)]
-    tiny = {"low": corner, "high": [low + 1.01 * dx for low in corner]}
+    tiny = {"low": corner, "high": [low + 1.01 * dx for low in corner], "depth": scene.fluid.blocks[0].depth}
     keys = json.loads(scene_text(scene))
     keys["fluid"] = {**keys["fluid"], "blocks": [tiny], "level": scene.level}
     keys["numerics"]["c0"] = scene.c0
@@ -154,7 +156,7 @@ def _print_ranks(simulation):
             print(f"  rank {rank}: {line}", flush=True)
 
 
-def _summary(scene, simulation, folder, name, wall, particles):
+def _summary(scene, simulation, folder, name, wall, processor, particles):
     comm = simulation.communicator
     exchange = simulation.domain.exchange
     messages, sent = np.sum(comm.allgather((exchange.messages, exchange.bytes)), axis=0)
@@ -167,6 +169,7 @@ def _summary(scene, simulation, folder, name, wall, particles):
         "time [s]": simulation.time,
         "steps": simulation.steps,
         "wall [s]": wall,
+        "cpu [s]": sum(comm.allgather(processor)),
         "evaluations": evaluations,
         "evaluations per second and rank": evaluations / wall / comm.size if wall else 0.0,
         "messages per step": float(messages) / max(simulation.steps, 1),
@@ -194,17 +197,10 @@ def wave_heights(scene, simulation):
     heights = {}
     for gauge in gauges:
         t, level = gauge.record().T
-        late = t > t[-1] - 2 * palette.period
+        late = t >= t[-1] - (2 + 1e-6) * palette.period
         heights[f"{gauge.name} (x = {gauge.place[0]:g} m)"] = mean_height(t[late], level[late], palette.period)
     theory = flap_height(palette.amplitude, palette.period, scene.depth, scene.domain.gravity)
     return {"wave height, theory [m]": theory, "wave height [m]": heights}
-
-
-def mean_height(t, level, period):
-    """Return the mean of crest minus trough over the whole periods in a record, t [s], level [m]."""
-    number = np.floor((t - t[0]) / period + 1e-9).astype(int)
-    whole = int((t[-1] - t[0]) / period + 1e-6)
-    return float(np.mean([np.ptp(level[number == k]) for k in range(max(whole, 1))]))
 
 
 def _print_end(simulation, summary):

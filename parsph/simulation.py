@@ -37,6 +37,7 @@ class Simulation:
     def __init__(self, domain, sweep, state, integrator, zones, end, dt, cfl, density_range):
         self.domain, self.sweep, self.state = domain, sweep, state
         self.integrator, self.zones, self.end = integrator, zones, rounded(end)
+        self._weakening = [zone for zone in zones if zone.killing != "none"]
         self.fixed_dt, self.cfl = dt, cfl
         self.density_range = tuple(factor * state.rho0 for factor in density_range)
         self.communicator = domain.communicator
@@ -74,6 +75,9 @@ class Simulation:
             with timers("sweep"):
                 for edge in {1, columns}:
                     self.sweep(particles, domain.starts, domain.slab, edge, edge + 1)
+        for zone in self._weakening:
+            with timers("damping"):
+                zone.restrain(particles, *domain.rows_between(*zone.span))
         self.evaluations += 1
 
     def _update_pressure(self):
@@ -81,10 +85,11 @@ class Simulation:
         bad = update_pressure(p.shared, p.tags, p.first, p.last, 2 * p.layout.dim, *self.density_range, self.state.constants)
         if bad >= 0:
             place = ", ".join(f"{x:.6g}" for x in p.field("position", slice(bad, bad + 1))[0])
+            what, unit = ("depth", "m") if self.state.name == "shallow" else ("density", "kg/m^3")
             density = p.field("density", slice(bad, bad + 1))[0]
             raise RunError(
-                f"particle {identities(p.tags[bad])} at ({place}) m: density {density:.6g} kg/m^3 at t = {self.time:.6g} s",
-                why="outside the range {:.6g} to {:.6g} kg/m^3 (numerics.density_range)".format(*self.density_range),
+                f"particle {identities(p.tags[bad])} at ({place}) m: {what} {density:.6g} {unit} at t = {self.time:.6g} s",
+                why="outside the range {:.6g} to {:.6g} {} (numerics.density_range)".format(*self.density_range, unit),
                 cure="try a smaller time.cfl or time.dt, or more diffusion or viscosity",
             )
 
@@ -94,9 +99,9 @@ class Simulation:
         """Advance by `dt` [s]: fluid, then the absorbing layers on top of it."""
         with self.timers("step passes"):
             self._extremes = self.integrator.step(self.particles, self._evaluate_untimed, self.time, dt)
-        with self.timers("damping"):
-            for zone in self.zones:
-                zone.apply(self.particles, *self.domain.rows_between(*zone.span), dt)
+        for zone in self.zones:
+            with self.timers("damping"):
+                zone.damp(self.particles, *self.domain.rows_between(*zone.span), dt)
         self.steps, self.last_dt = self.steps + 1, dt
 
     def _evaluate_untimed(self, time):

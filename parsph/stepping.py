@@ -11,7 +11,7 @@ from .particles import FIRST_GHOST
 
 
 @jit
-def predict(rows, start, tags, acceleration, density_rate, drift, first, last, dim, dt, keep_position):
+def predict(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt, keep_position):
     """Remember the beginning of the step in `start` and move on by `dt` with the rates at hand."""
     smooth = len(drift) > 0
     for i in range(first, last):
@@ -26,11 +26,12 @@ def predict(rows, start, tags, acceleration, density_rate, drift, first, last, d
             rows[i, dim + d] = v + dt * acceleration[i, d]
         density = rows[i, 2 * dim]
         start[i, dim] = density
-        rows[i, 2 * dim] = density + dt * density_rate[i]
+        if not summed:
+            rows[i, 2 * dim] = density + dt * density_rate[i]
 
 
 @jit
-def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, dt):
+def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt):
     """Finish a drift-kick-drift step: full kick, second half of the drift with the new velocity.
 
     Returns
@@ -51,13 +52,13 @@ def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, 
             rows[i, d] += 0.5 * dt * (v + drift[i, d] if smooth else v)
             speed += v * v
             pull += a * a
-        rows[i, 2 * dim] = start[i, dim] + dt * density_rate[i]
+        rows[i, 2 * dim] = density_rate[i] if summed else start[i, dim] + dt * density_rate[i]
         fastest, hardest = max(fastest, speed), max(hardest, pull)
     return fastest, hardest
 
 
 @jit
-def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, dt):
+def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt):
     """Finish a midpoint step: the whole step with the rates of its middle. Returns as `verlet_correct`."""
     smooth = len(drift) > 0
     fastest, hardest = 0.0, 0.0
@@ -73,7 +74,7 @@ def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first
             rows[i, dim + d] = v
             speed += v * v
             pull += a * a
-        rows[i, 2 * dim] = start[i, dim] + dt * density_rate[i]
+        rows[i, 2 * dim] = density_rate[i] if summed else start[i, dim] + dt * density_rate[i]
         fastest, hardest = max(fastest, speed), max(hardest, pull)
     return fastest, hardest
 
@@ -132,7 +133,7 @@ def _correct(compiled, p, dt):
 
 def _arrays(p):
     """Return the arguments that all passes share."""
-    return p.shared, p.private, p.tags, p.acceleration, p.density_rate, p.drift, p.first, p.last, p.layout.dim
+    return p.shared, p.private, p.tags, p.acceleration, p.density_rate, p.drift, p.first, p.last, p.layout.dim, p.summed
 
 
 def time_step_limit(h, c0, gravity, cfl, speed=0.0, acceleration=0.0):

@@ -15,19 +15,19 @@ import numpy as np
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
-from .terms.continuity import continuity
+from .terms.density import SUMMATION, continuity, summation
 from .terms.diffusion import density_diffusion, diffusing_density
 from .terms.momentum import pressure_pair
 from .terms.viscosity import artificial_viscosity
 from .terms.xsph import smoothing_weight
 
 PADDING = 16
-SCRATCH_ROWS = 11
+SCRATCH_ROWS = 12
 FAR = 1.0e4  # support radii; its square is still far from the largest float32
 
 
 @lru_cache
-def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
+def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, single, variable_h):
     """Return the sweep for these shapes; numbers are run-time arguments.
 
     Parameters
@@ -36,6 +36,8 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
         Number of dimensions and the codes of kernel and terms; 0 leaves a term out.
     single : bool
         Whether pairs are computed in float32 (one particle's sums included); the state stays float64.
+    variable_h : bool
+        Whether h grows where particles thin out (1D).
     """
     real = np.float32 if single else np.float64
     strips = 3 ** (dim - 1)
@@ -43,7 +45,7 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
     def sweep(rows, tags, starts, first_cell, last_cell, grid, numbers, gravity, acceleration, density_rate, drift):
         cell_size, shape = grid
         reach2 = cell_size * cell_size
-        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon = numbers
+        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, h_over_dx, longest_h = numbers
         stride = 1
         for d in range(1, dim):
             stride *= shape[d]
@@ -55,14 +57,14 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
         chosen = np.empty(scratch.shape[1], np.int64)
         xs, ys, zs = scratch[0], scratch[1], scratch[2]
         us, vs, ws = scratch[3], scratch[4], scratch[5]
-        ms, Ps, Vs, ss, Vols = scratch[6], scratch[7], scratch[8], scratch[9], scratch[10]
+        ms, Ps, Vs, ss, Vols, hs = scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11]
 
         inverse_h = real(1.0 / h)
-        slope_norm = norm / h ** (dim + 2)
+        slope_norm = norm if variable_h else norm / h ** (dim + 2)
+        value_norm = norm if variable_h else norm / h**dim
         eta2 = real(0.01 * h * h)
         viscous = real(alpha_h_c0)
         diffusive = real(delta_h_c0)
-        value_norm = epsilon * norm / h**dim
 
         for cell in range(first_cell, last_cell):
             begin, end = starts[cell], starts[cell + 1]
@@ -125,6 +127,8 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
                 if diffusion != 0:
                     ss[o] = diffusing_density(diffusion, density - rho0, rho0 * inverse_c2 * hydrostatic)
                     Vols[o] = mass * inverse
+                if variable_h:
+                    hs[o] = min(max(h_over_dx * mass * inverse, h), longest_h)
             padded = (count + PADDING - 1) // PADDING * PADDING
             for o in range(count, padded):
                 xs[o] = FAR * cell_size
@@ -138,6 +142,7 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
                 Vs[o] = 0.0
                 ss[o] = 0.0
                 Vols[o] = 0.0
+                hs[o] = h
 
             # one particle's sums at a time
             for i in range(begin, end):
@@ -165,15 +170,26 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
                         dw = w - ws[j]
                         r2 += dz * dz
                         vr += dw * dz
+                    if variable_h:
+                        inverse_h = real(2.0) / (hs[o] + hs[j])
                     q = np.sqrt(r2) * inverse_h
                     F = kernel_slope(kernel, q)
+                    if variable_h:
+                        F *= inverse_h * inverse_h * inverse_h
                     mF = ms[j] * F
                     pair = pressure_pair(P, Ps[j])
                     if viscosity != 0:
                         pair += artificial_viscosity(viscous, vr, r2, eta2, V, Vs[j])
                     force = mF * pair
                     fx -= force * dx
-                    rate += continuity(mF, vr)
+                    if density_law == SUMMATION or smoothing != 0:
+                        W = kernel_value(kernel, q)
+                        if variable_h:
+                            W *= inverse_h
+                    if density_law == SUMMATION:
+                        rate += summation(ms[j], W)
+                    else:
+                        rate += continuity(mF, vr)
                     if dim > 1:
                         fy -= force * dy
                     if dim > 2:
@@ -181,7 +197,7 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
                     if diffusion != 0:
                         diffused += density_diffusion(diffusive, F * Vols[j], s, ss[j])
                     if smoothing != 0:
-                        weight = smoothing_weight(ms[j] * kernel_value(kernel, q), V, Vs[j])
+                        weight = smoothing_weight(ms[j] * W, V, Vs[j])
                         px -= weight * du
                         if dim > 1:
                             py -= weight * dv
@@ -192,13 +208,13 @@ def compiled_sweep(dim, kernel, viscosity, diffusion, smoothing, single):
                     acceleration[i, 1] = slope_norm * fy + gravity[1]
                 if dim > 2:
                     acceleration[i, 2] = slope_norm * fz + gravity[2]
-                density_rate[i] = slope_norm * (rate + diffused)
+                density_rate[i] = value_norm * rate if density_law == SUMMATION else slope_norm * (rate + diffused)
                 if smoothing != 0:
-                    drift[i, 0] = value_norm * px
+                    drift[i, 0] = epsilon * value_norm * px
                     if dim > 1:
-                        drift[i, 1] = value_norm * py
+                        drift[i, 1] = epsilon * value_norm * py
                     if dim > 2:
-                        drift[i, 2] = value_norm * pz
+                        drift[i, 2] = epsilon * value_norm * pz
 
     return jit(sweep)
 
@@ -248,6 +264,8 @@ class Sweep:
         Strength of viscosity, diffusion and smoothing [-].
     single : bool
         Whether pairs are computed in float32.
+    h_over_dx, h_growth : float
+        In 1D h may grow with the spacing: ``h_a = h_over_dx m_a/rho_a`` within h and h_growth h. A pair has the mean of two.
     """
 
     kernel: object
@@ -261,19 +279,22 @@ class Sweep:
     delta: float = 0.0
     epsilon: float = 0.0
     single: bool = False
+    h_over_dx: float = 2.0
+    h_growth: float = 1.0
 
     @property
     def compiled(self):
         """The compiled loop."""
-        codes = (self.terms.viscosity.code, self.terms.diffusion.code, self.terms.smoothing.code)
-        return compiled_sweep(self.dim, self.kernel.code, *codes, self.single)
+        codes = (self.terms.density.code, self.terms.viscosity.code, self.terms.diffusion.code, self.terms.smoothing.code)
+        return compiled_sweep(self.dim, self.kernel.code, *codes, self.single, self.h_growth > 1)
 
     @property
     def numbers(self):
         """The run-time numbers of the compiled loop."""
         norm = self.kernel.norms[self.dim - 1]
         hc = self.h * self.c0
-        return self.h, norm, self.rho0, self.c0**-2, self.alpha * hc, self.delta * hc, self.epsilon
+        longest = self.h * self.h_growth
+        return self.h, norm, self.rho0, self.c0**-2, self.alpha * hc, self.delta * hc, self.epsilon, self.h_over_dx, longest
 
     def __call__(self, particles, starts, slab, first_column, last_column):
         """Set the rates of the fluid in the local columns ``first_column:last_column`` of `slab`."""

@@ -15,6 +15,7 @@ errors
 jit parallel schedule timing
 particles
 kernels states waves
+analysis viz
 columns
 terms damping wavemakers walls
 sweep
@@ -24,14 +25,15 @@ io
 simulation
 progress
 scene
-run
+run examine
+study
 bench verify
 cli
 __main__
 """
 ROW_OF = {name: row for row, line in enumerate(ROWS.split("\n")) for name in line.split()}
 LAZY = {"__init__", "cli"}  # they import what a command needs when it is called, so those imports do not count
-TALKING = {"cli", "progress", "run", "bench", "verify", "scene.plan"}
+TALKING = {"cli", "examine", "progress", "run", "bench", "verify", "scene.plan"}
 
 MODULES = {
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): path

@@ -1,16 +1,21 @@
 """The command line as a user meets it: a process of its own, an empty folder."""
 
-import importlib.util
 import json
+import math
 import re
 import signal
 import time
 
 import h5py
+import numpy as np
 import pytest
 from helpers import DROP, parsph, python, settings, start, why_no_mpi
 
+from parsph import cli
+from parsph import verify as verification
+from parsph.errors import SceneError, paragraph
 from parsph.io.tables import read_table
+from parsph.waves import DamBreak
 
 SHORT = settings(time__end=0.02, numerics__dx=0.1, output__snapshots__every=0.01)
 
@@ -47,8 +52,6 @@ def test_a_second_process_compiles_nothing(tmp_path):
 
 def test_no_command_runs_the_pool():
     """Too long to run here: the default of the command is the default of ``run``."""
-    from parsph import cli
-
     called = []
     original, cli.run = cli.run, lambda *arguments, **_: called.append(arguments)
     try:
@@ -70,7 +73,7 @@ def test_plan_says_what_is_modelled_what_is_not_and_what_it_costs(tmp_path):
     result = parsph("plan", "seiche", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     for part in (
-        "continuity",
+        "drho_a/dt = sum_b m_b v_ab . grad_a W_ab",
         "molteni",
         "Szmidt",
         "wendland-c2",
@@ -206,24 +209,99 @@ def test_ranks_without_an_mpi_library_end_with_the_cure(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.skipif(not importlib.util.find_spec("parsph.bench"), reason="there is no parsph.bench")
 def test_bench_writes_its_table(tmp_path):
     result = parsph("bench", "--particles", 1000, "--repeats", 1, "--json", "b.json", cwd=tmp_path, timeout=300)
     assert result.returncode == 0, result.stderr
-    rows = json.loads((tmp_path / "b.json").read_text())
+    *rows, fixed = json.loads((tmp_path / "b.json").read_text())
     assert {row["h_over_dx"] for row in rows} >= {1.3, 1.7, 2.0}
     for row in rows:
         assert {"sweep", "step", "plain", "particles", "h_over_dx", "precision"} <= set(row)
         assert min(row["sweep"], row["step"], row["plain"]) > 0
     assert {row["precision"] for row in rows} == {"float64", "float32"}
+    assert 0 < fixed["fixed cost of a step [s]"] < 0.1
+    assert 0 < fixed["layer over step"] < 0.5
+    assert f"absorbing layer of the pool: {fixed['layer over step']:.1%} of a step" in result.stdout
 
 
-@pytest.mark.skipif(not importlib.util.find_spec("parsph.verify"), reason="there is no parsph.verify")
 def test_verify_refuses_an_unknown_case(tmp_path):
     result = parsph("verify", "nonsense", cwd=tmp_path)
     assert result.returncode == 2
-    assert "seiche" in result.stderr
+    names = ["seiche", "still", "pool-height", "pool-absorption", "swe-pulse", "swe-dam-break"]
+    assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
+    assert list(verification.CASES) == names
+
+
+def test_shallow_water_meets_its_bars(tmp_path):
+    """The cases that take seconds; the others are those of a release."""
+    arguments = ("swe-dam-break", "swe-pulse", "--quick", "--json", "v.json")
+    result = parsph("verify", *arguments, cwd=tmp_path, timeout=300)
+    assert result.returncode == 0, result.stdout
+    rows = json.loads((tmp_path / "v.json").read_text())
+    assert all(row["pass"] for row in rows)
+    for row in rows:
+        assert row["pass"] == (row["bar"] is None or abs(row["value"]) <= row["bar"])
+        assert re.search(rf"{row['case']} +│ {re.escape(row['metric'])} +│", result.stdout), row
+    barred = {case: sum(row["case"] == case and row["bar"] is not None for row in rows) for case in verification.CASES}
+    assert (barred["swe-dam-break"], barred["swe-pulse"]) == (5, 3)
+    assert {row["metric"] for row in rows if row["unit"] == "CPU s"} == {"cost"}
+
+
+def test_a_missed_bar_ends_with_1(tmp_path, monkeypatch, capsys):
+    """However far and on which side it is missed, and whatever came before it."""
+    cases = {"good": [("a", -1.0, "%", 1.0), ("b", 7.0, "", None)], "bad": [("c", -1.1, "%", 1.0)]}
+    made = {name: (lambda quick, rows=rows: iter(rows)) for name, rows in cases.items()}
+    monkeypatch.setattr(verification, "CASES", made)
+    for names, code in ((["good"], 0), (["bad"], 1), (["bad", "good"], 1), ([], 1)):
+        with pytest.raises(SystemExit) as end:
+            cli.main(["verify", *names, "--json", str(tmp_path / "v.json")])
+        assert (end.value.code or 0) == code, names
+    capsys.readouterr()
+    rows = json.loads((tmp_path / "v.json").read_text())
+    assert [(row["case"], row["metric"], row["pass"]) for row in rows if row["metric"] != "cost"] == [
+        ("good", "a", True),
+        ("good", "b", True),
+        ("bad", "c", False),
+    ]
+
+
+# Depth and speed behind the bore and the bore's speed, in h_l and sqrt(g h_l), after Stoker (1957).
+BORES = [(0.1, 0.39617, 0.74115, 0.99139), (0.5, 0.72692, 0.29481, 0.94439)]
+
+
+@pytest.mark.parametrize(("ratio", "middle", "speed", "bore"), BORES)
+@pytest.mark.parametrize(("left", "gravity"), [(1.0, 1.0), (2.5, 9.81)])
+def test_a_dam_over_wet_ground_breaks_as_stoker_says(ratio, middle, speed, bore, left, gravity):
+    dam, t = DamBreak(left, ratio * left, gravity), 3.0
+    c = math.sqrt(gravity * left)
+    assert dam.bore == pytest.approx(bore * c, rel=1e-5)
+    place = np.array([-1.01 * c, 0.999 * dam.bore, 1.001 * dam.bore]) * t
+    assert dam.depth(place, t) == pytest.approx([left, middle * left, ratio * left], rel=2e-5)
+    behind = dam.bore * (1 - ratio / middle)  # the bore takes up water at rest: u_m = S (1 - h_r/h_m)
+    assert behind == pytest.approx(speed * c, rel=5e-5)
+    assert behind + 2 * math.sqrt(gravity * middle * left) == pytest.approx(2 * c, rel=2e-5)
+    x = np.linspace(-2 * c, 2 * c, 400_001) * t
+    depth = dam.depth(x, t)
+    assert np.trapezoid(depth, x) == pytest.approx(2 * c * t * left * (1 + ratio), rel=1e-5)  # no water is lost
+    fan = (x > -c * t) & (depth > 1.0001 * middle * left)
+    assert np.allclose(depth[fan], (2 * c - x[fan] / t) ** 2 / (9 * gravity), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("left", "gravity"), [(1.0, 1.0), (0.4, 9.81)])
+def test_a_dam_over_dry_ground_breaks_as_ritter_says(left, gravity):
+    dam, t = DamBreak(left, 0.0, gravity), 5.0
+    c = math.sqrt(gravity * left)
+    assert dam.bore == pytest.approx(2 * c, rel=1e-12)
+    steps = np.array([-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.9, 2.0, 2.5])
+    expected = left * np.array([9.0, 9.0, 6.25, 4.0, 2.25, 1.0, 0.01, 0.0, 0.0]) / 9
+    np.testing.assert_allclose(dam.depth(steps * c * t, t), expected, atol=1e-12)
+
+
+def test_paths_in_messages_stay_whole():
+    """They are copied from there: a line may not end within one, at a hyphen or elsewhere."""
+    path = "/scratch/" + "a-long-name-" * 12 + "end/study-001"
+    message = paragraph(SceneError("interrupted", where="x", cure=f"go on with --resume --out {path}"))
+    assert path in message
 
 
 def test_version_and_help_answer_without_the_solver(tmp_path):

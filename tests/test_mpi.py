@@ -52,8 +52,8 @@ def assert_same_bits(one, other):
             assert contents.tobytes() == other[name].tobytes(), f"{name}: {np.sum(contents != other[name])} differ"
 
 
-def run(folder, *arguments, ranks=None):
-    result = parsph("run", "pool", *arguments, "--out", folder, cwd=folder.parent, ranks=ranks, timeout=240)
+def run(folder, *arguments, ranks=None, scene="pool"):
+    result = parsph("run", scene, *arguments, "--out", folder, cwd=folder.parent, ranks=ranks, timeout=240)
     assert result.returncode == 0, result.stderr
     return results(folder)
 
@@ -82,7 +82,12 @@ VARIANTS = {
         "numerics__h_over_dx": 1.333,
         "numerics__diffusion": "molteni",
         "walls__bottom__slip": "no",
-        "damping__0__density": "true",
+        "damping__0__density": "plain",
+    },
+    "layers at both ends, matched, fx-vx, f1": {
+        "wavemaker__ramp": 0.0,
+        "damping": '[{ side = "left", length = 0.9, sigma0 = 2.0, density = "matched", switch = "fx-vx" }, '
+        '{ length = 11.2, density = "matched", switch = "fx-vx", killing = "f1" }]',
     },
 }
 
@@ -92,6 +97,22 @@ def test_variants_are_the_same_to_the_bit(tmp_path, variant):
     arguments = (*BRIEF, *settings(**VARIANTS[variant]))
     one = run(tmp_path / "one", *arguments)
     assert_same_bits(run(tmp_path / "three", *arguments, ranks=3), one)
+
+
+@pytest.mark.parametrize(
+    ("scene", "ranks", "overrides"),
+    [
+        ("swe-dam-break", 3, {"time__end": 30.0, "output__snapshots__every": 10.0}),
+        ("swe-pulse", 2, {"time__end": 4.0, "output__snapshots__every": 2.0, "fluid__blocks__0__center": 490.0}),
+    ],
+)
+def test_shallow_water_is_the_same_to_the_bit(tmp_path, scene, ranks, overrides):
+    """Summed densities with a growing h; a pulse that a layer takes up, with its mass."""
+    gauges = '[{ kind = "level", x = 505.0, every = 0.5 }, { kind = "energy", every = 1.0 }]'
+    arguments = settings(**overrides, gauges=gauges)
+    one = run(tmp_path / "one", *arguments, scene=scene)
+    assert len([name for name in one if name.endswith(" mass")]) >= 3
+    assert_same_bits(run(tmp_path / "many", *arguments, ranks=ranks, scene=scene), one)
 
 
 def test_only_one_rank_talks(tmp_path):

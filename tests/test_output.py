@@ -155,6 +155,79 @@ def test_metadata_is_complete(written):
     assert steps == simulation.steps
 
 
+def test_snapshots_hold_what_an_analysis_needs():
+    assert set(POINT_DATA) == {"id", "kind", "velocity", "density", "pressure", "mass"}
+
+
+def test_snapshots_of_water_hold_masses_in_kilograms(written):
+    """Per metre of width: rho dx^2, which sums to the water of the tank."""
+    folder, scene, *_ = written
+    for path in (folder / "snapshots").iterdir():
+        with h5py.File(path) as file:
+            data = file["VTKHDF/PointData"]
+            assert {name: data[name].attrs["unit"] for name in ("mass", "density", "velocity")} == {
+                "mass": "kg",
+                "density": "kg/m^3",
+                "velocity": "m/s",
+            }
+            assert data["mass"][:].sum() == pytest.approx(1000 * 0.2 * 0.2, rel=1e-2)
+            assert data["mass"].dtype == scene.output.snapshots.precision
+
+
+@pytest.fixture(scope="module")
+def shallow(tmp_path_factory):
+    """(folder, simulation) of a short run of shallow water of two depths."""
+    keys = {
+        "domain": {"size": [40.0]},
+        "fluid": {"blocks": [{"low": [0], "high": [20], "depth": 1.5}, {"low": [20], "high": [40], "depth": 1.0}]},
+        "walls": {"left": {}, "right": {}},
+        "numerics": {"state": "shallow", "dx": 0.5, "density": "summation", "viscosity": "monaghan"},
+        "time": {"end": 2.0},
+        "output": {"snapshots": {"every": 1.0}},
+        "gauges": [{"kind": "level", "x": 17.3, "every": 0.5}],
+    }
+    folder = tmp_path_factory.mktemp("shallow")
+    simulation = build(load_scene(keys), folder=folder)
+    simulation.run()
+    return folder, simulation
+
+
+def test_snapshots_of_shallow_water_have_the_units_of_a_depth(shallow):
+    """The depth stands for the density: m, its pressure m^3/s^2, mass m^2; the metadata and the series say so too."""
+    folder, simulation = shallow
+    units = {"density": "m", "pressure": "m^3/s^2", "mass": "m^2", "velocity": "m/s"}
+    paths = sorted((folder / "snapshots").iterdir())
+    assert len(paths) == 3
+    for path in (*paths, folder / "series.vtkhdf"):
+        with h5py.File(path) as file:
+            data = file["VTKHDF/PointData"]
+            assert {name: data[name].attrs["unit"] for name in units} == units
+            if "parsph" in file:
+                assert units.items() <= json.loads(file["parsph"].attrs["units"]).items()
+    with h5py.File(paths[0]) as file:
+        assert file["VTKHDF/PointData/mass"][:].sum() == pytest.approx(20 * 1.5 + 20 * 1.0, rel=5e-3)
+    _, data, points, arrays = read(paths[-1])
+    assert data.GetNumberOfPoints() == 80
+    assert_holds(points, arrays, look(simulation), "float64")
+    assert (points[:, 1:] == 0).all()
+    np.testing.assert_allclose(arrays["pressure"], 0.5 * 9.81 * arrays["density"] ** 2, rtol=1e-13)
+
+
+def test_table_of_a_depth_gauge(shallow):
+    """The depths of the particles on both sides of x, in between."""
+    folder, simulation = shallow
+    table = read_table(folder / "gauges" / "level-00.csv")
+    assert list(table) == ["time [s]", "level [m]"]
+    np.testing.assert_allclose(table["time [s]"], [0, 0.5, 1, 1.5, 2], rtol=1e-14)
+    x, depth = simulation.field("position")[:, 0], simulation.field("density")
+    left, right = x[x <= 17.3].max(), x[x > 17.3].min()
+    share = (17.3 - left) / (right - left)
+    expected = (1 - share) * depth[x == left][0] + share * depth[x == right][0]
+    assert table["level [m]"][-1] == pytest.approx(expected, rel=1e-12)
+    assert table["level [m]"][0] == 1.5
+    assert table["level [m]"][-1] < 1.45
+
+
 # --- gauge tables --------------------------------------------------------------------------------------------------
 
 

@@ -7,7 +7,16 @@ import pytest
 
 from parsph.scene.build import palette_of
 from parsph.scene.load import load_scene
-from parsph.waves import Seiche, angular_frequency, flap_transfer, viscosity_of_alpha, wavenumber
+from parsph.waves import (
+    Seiche,
+    angular_frequency,
+    flap_transfer,
+    layer_reflection,
+    phase_speed,
+    pulse,
+    viscosity_of_alpha,
+    wavenumber,
+)
 
 
 @pytest.mark.parametrize("kd", [1e-3, 0.1, 0.5, 1.037, 3.0, 10.0, 60.0])
@@ -21,6 +30,17 @@ def test_shallow_and_deep_water_limits_of_the_dispersion():
     """omega = k sqrt(g d) for kd -> 0 and sqrt(g k) for kd -> infinity."""
     assert angular_frequency(1e-4, 1.0, 9.81) == pytest.approx(1e-4 * math.sqrt(9.81), rel=1e-8)
     assert angular_frequency(50.0, 1.0, 9.81) == pytest.approx(math.sqrt(9.81 * 50), rel=1e-12)
+
+
+@pytest.mark.parametrize(("period", "depth", "gravity"), [(2.236969878, 1.0, 9.8), (0.3, 5.0, 9.81), (60.0, 0.7, 9.81)])
+def test_phase_speed_is_wavelength_over_period(period, depth, gravity):
+    """Between deep water, g T / (2 pi), and shallow water, sqrt(g d)."""
+    c = phase_speed(period, depth, gravity)
+    k = 2 * math.pi / (c * period)
+    assert angular_frequency(k, depth, gravity) == pytest.approx(2 * math.pi / period, rel=1e-12)
+    deep, shallow = gravity * period / (2 * math.pi), math.sqrt(gravity * depth)
+    assert c < min(deep, shallow) * (1 + 1e-12)
+    assert c == pytest.approx({0.3: deep, 60.0: shallow, 2.236969878: 6.061 / 2.236969878}[period], rel=3e-4)
 
 
 # H/S of a flap hinged at the bed, Biesel (1951): (kd, H/S), evaluated in 40 decimal digits.
@@ -109,3 +129,38 @@ def test_seiche_lifts_the_surface_at_its_amplitude_times_frequency():
     x = np.linspace(0, 0.2, 9)
     up = SEICHE.velocity(np.stack([x, np.full(9, 0.2)], axis=1))[:, 1]
     np.testing.assert_allclose(up, 0.005 * SEICHE.frequency * np.cos(SEICHE.wavenumber * x), atol=1e-12)
+
+
+def test_pulse_is_a_hump_that_travels_to_the_right():
+    """Linear shallow-water equations, dH/dt = -H0 dv/dx and dv/dt = -g dH/dx: both are functions of x - sqrt(g H0) t."""
+    x, depth, gravity = np.linspace(-20.0, 40.0, 4001), 2.5, 9.81
+    level, velocity = pulse(x, depth, 0.02, 7.0, 3.0, gravity)
+    assert level.max() == pytest.approx(2.52)
+    assert x[level.argmax()] == pytest.approx(7.0)
+    np.testing.assert_allclose(np.interp([4.0, 10.0], x, level), 2.5 + 0.02 / math.e, rtol=1e-7)
+    c = math.sqrt(gravity * depth)
+    flux, head = depth * np.gradient(velocity, x), gravity * np.gradient(level, x)
+    np.testing.assert_allclose(flux, c * np.gradient(level, x), atol=1e-9)
+    np.testing.assert_allclose(head, c * np.gradient(velocity, x), atol=1e-9)
+    assert np.abs(head).max() > 0.01
+    assert pulse([7.0], depth, 0.02, 7.0, 3.0, gravity)[1] == pytest.approx(0.02 * math.sqrt(gravity / depth))
+
+
+@pytest.mark.parametrize(
+    ("shape", "ratio"),
+    [
+        (("hyperbolic", 1, 0.7), lambda depth: depth / (20.0 - depth + 0.7)),
+        (("hyperbolic", 1, 0.05), lambda depth: depth / (20.0 - depth + 0.05)),
+        *((("power", m), lambda depth, m=m: (depth / 20.0) ** m) for m in (1, 2, 5)),
+    ],
+)
+def test_reflection_of_a_layer_is_the_loss_on_the_way_there_and_back(shape, ratio):
+    """By quadrature of sigma over the layer."""
+    depth = 20.0 * (1 - np.linspace(1, 0, 200001) ** 3)
+    integral = 0.3 * np.trapezoid(ratio(depth), depth)
+    assert layer_reflection(0.3, 20.0, 3.1, *shape) == pytest.approx(math.exp(-2 * integral / 3.1), rel=1e-6)
+
+
+def test_no_layer_reflects_everything():
+    assert layer_reflection(0.3, 0, 3.1) == 1
+    assert layer_reflection(0.0, 20.0, 3.1, "power", 2) == 1

@@ -60,6 +60,7 @@ class Domain:
         self.slab = Slab(self.grid, self.cuts[rank], self.cuts[rank + 1])
         self._counts = np.zeros(self.slab.cells, np.int64)
         self._near = self._cells_near_walls()
+        self._between = {}
 
     def _cells_near_walls(self):
         slab, grid = self.slab, self.grid
@@ -208,11 +209,17 @@ class Domain:
         """Return (first, last) row of the owned columns that touch the x-interval ``low..high`` [m], widened by a
         column on both sides, since a particle may have moved a little after the sort.
         """
+        if (low, high) not in self._between:  # layers ask every step
+            self._between[low, high] = self._cells_between(low, high)
+        a, b = self._between[low, high]
+        return int(self.starts[a]), int(self.starts[b])
+
+    def _cells_between(self, low, high):
         slab, stride = self.slab, self.grid.stride
         a, b = (min(max((x - self.grid.low[0]) / self.grid.cell, 0.0), self.grid.columns) for x in (low, high))
         a = min(max(int(a) - 1, slab.first), slab.last) - slab.first + 1
         b = min(max(int(b) + 2, slab.first), slab.last) - slab.first + 1
-        return int(self.starts[a * stride]), int(self.starts[b * stride])
+        return a * stride, b * stride
 
     def end_columns(self):
         """Return how many columns at the left and at the right one rank must own together: those that the images of

@@ -1,5 +1,7 @@
 """The output folder of a run: found free, never overwritten unasked."""
 
+import os
+import platform
 import re
 import shutil
 from pathlib import Path
@@ -7,17 +9,19 @@ from pathlib import Path
 from ..errors import SceneError
 
 
-def output_folder(name, out=None, overwrite=False):
+def output_folder(name, out=None, overwrite=False, parent="runs"):
     """Make and return the folder that a run writes to.
 
     Parameters
     ----------
     name : str
-        Name of the scene; without `out` the folder is ``runs/<name>-<NNN>``, the next free number.
+        Name of the scene; without `out` the folder is ``<parent>/<name>-<NNN>``, the next free number.
     out : path, optional
         Folder to use.
     overwrite : bool
         Whether an `out` that holds files may be emptied.
+    parent : str
+        Where folders without a name of their own go.
 
     Raises
     ------
@@ -26,7 +30,7 @@ def output_folder(name, out=None, overwrite=False):
     """
     try:
         if out is None:
-            return _next_free(Path("runs"), re.sub(r"[^\w.-]+", "-", name))
+            return _next_free(Path(parent), re.sub(r"[^\w.-]+", "-", name))
         folder = Path(out)
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             if not overwrite:
@@ -44,10 +48,17 @@ def output_folder(name, out=None, overwrite=False):
         return folder
     except OSError as error:
         raise SceneError(
-            f"cannot write to {out or 'runs'}: {error.strerror}",
+            f"cannot write to {out or parent}: {error.strerror}",
             where="--out",
             cure="name a folder that you may write to",
         ) from error
+
+
+def write_whole(path, text):
+    """Write a text file that is complete or absent, whoever else writes it."""
+    temporary = path.with_name(f".{path.name}.{platform.node()}-{os.getpid()}")
+    temporary.write_text(text, encoding="utf-8")
+    os.replace(temporary, path)
 
 
 def _next_free(parent, name):

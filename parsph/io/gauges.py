@@ -68,7 +68,7 @@ def particles_near(simulation, x):
         Position [m], shape (n, dim), mass [kg] and density [kg/m^3], in the order of (cell, id).
     """
     sweep, p = simulation.sweep, simulation.particles
-    reach = sweep.kernel.support * sweep.h
+    reach = sweep.kernel.support * sweep.h * sweep.h_growth
     first, last = simulation.domain.rows_between(x - reach, x + reach)
     rows = p.fluid
     rows = rows[np.searchsorted(rows, first) : np.searchsorted(rows, last)]
@@ -158,6 +158,31 @@ def _top_of_water(heights, away, weights, h, kernel):
         else:
             wet = 0
     return surface
+
+
+class DepthGauge(Gauge):
+    """Depth of shallow water at a place: between the depths of the particles on both sides; 0 where none is near.
+
+    Parameters
+    ----------
+    x : float
+        [m]
+    """
+
+    columns = ("level [m]",)
+
+    def __init__(self, name, every, x, folder=None):
+        super().__init__(name, every, folder)
+        self.place = np.array([x], float)
+
+    def measure(self, simulation):
+        position, _, density = particles_near(simulation, self.place[0])
+        if simulation.communicator.rank:
+            return ()
+        if not len(position):
+            return (0.0,)
+        order = np.argsort(position[:, 0], kind="stable")
+        return (np.interp(self.place[0], position[order, 0], density[order]),)
 
 
 class PressureGauge(Gauge):

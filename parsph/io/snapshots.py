@@ -16,7 +16,6 @@ from ..observers import Observer
 from ..particles import FIELDS
 
 POINT_DATA = ("id", "kind", *(field.name for field in FIELDS if field.snapshot))
-UNITS = {"id": "", "kind": "", **{field.name: field.unit for field in FIELDS}}
 KINDS = "0: fluid"
 
 
@@ -74,6 +73,7 @@ def write_snapshot(path, simulation, scene_text, precision):
 def _declare(file, part, counts, simulation, scene_text):
     """Create all datasets and the metadata; every rank alike."""
     root = _polydata(file)
+    units = {"id": "", "kind": "", **{field.name: simulation.state.unit(field) for field in FIELDS}}
     total, parts = int(counts.sum()), len(counts)
     root["NumberOfPoints"] = counts
     for cells in ("Vertices", "Lines", "Polygons", "Strips"):
@@ -88,8 +88,8 @@ def _declare(file, part, counts, simulation, scene_text):
         length = total + parts if name.endswith("Offsets") else total
         dataset = root.create_dataset(name, (length, *values.shape[1:]), values.dtype)
         field = name.rsplit("/")[-1]
-        if field in UNITS:
-            dataset.attrs["unit"] = UNITS[field]
+        if field in units:
+            dataset.attrs["unit"] = units[field]
     root["PointData/kind"].attrs["values"] = KINDS
     meta = file.create_group("parsph")
     meta.attrs["version"] = __version__
@@ -97,7 +97,7 @@ def _declare(file, part, counts, simulation, scene_text):
     meta.attrs["step"] = simulation.steps
     meta.attrs["ranks"] = parts
     meta.attrs["column cuts"] = simulation.domain.cuts
-    meta.attrs["units"] = json.dumps(UNITS)
+    meta.attrs["units"] = json.dumps(units)
     text = scene_text.encode()  # of fixed length: parallel HDF5 cannot write strings of variable length
     meta.create_dataset("scene", data=np.array(text, h5py.string_dtype("utf-8", len(text))))
 
@@ -142,6 +142,7 @@ class Shape(NamedTuple):
 
     shape: tuple
     dtype: np.dtype
+    unit: str
 
 
 class Written(NamedTuple):
@@ -220,7 +221,7 @@ def _join(root, name, snapshots):
     links.set_create_intermediate_group(True)
     kind = h5py.h5t.py_create(snapshots[0].datasets[name].dtype)
     dataset = h5py.h5d.create(root.id, name.encode(), kind, space, creation, links)
-    h5py.Dataset(dataset).attrs["unit"] = UNITS.get(name.rsplit("/")[-1], "")
+    h5py.Dataset(dataset).attrs["unit"] = snapshots[0].datasets[name].unit
 
 
 def _steps(root, snapshots):
@@ -247,8 +248,11 @@ def _steps(root, snapshots):
 def _datasets(path):
     """Return {name: Shape} of all datasets of a snapshot."""
     found = {}
+
+    def note(name, node):
+        if isinstance(node, h5py.Dataset):
+            found[name] = Shape(node.shape, node.dtype, node.attrs.get("unit", ""))
+
     with h5py.File(path) as file:
-        file["VTKHDF"].visititems(
-            lambda name, node: found.update({name: Shape(node.shape, node.dtype)}) if isinstance(node, h5py.Dataset) else None
-        )
+        file["VTKHDF"].visititems(note)
     return found

@@ -30,6 +30,11 @@ class Table:
         self._file.close()
 
 
+def table_name(name, kind, number):
+    """Return the name of a gauge's table: the gauge's own `name`, or its kind and its `number` in the scene."""
+    return name or f"{kind}-{number:02d}"
+
+
 def read_table(path):
     """Return {header: ndarray} of a gauge table."""
     import numpy as np

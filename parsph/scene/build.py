@@ -9,18 +9,18 @@ from ..columns import Grid
 from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
 from ..domain.domain import end_columns
-from ..io.gauges import EnergyGauge, LevelGauge, PressureGauge
+from ..io.gauges import DepthGauge, EnergyGauge, LevelGauge, PressureGauge
 from ..io.snapshots import SnapshotWriter
+from ..io.tables import table_name
 from ..particles import Layout, Particles
 from ..simulation import Simulation
 from ..states import State
 from ..stepping import INTEGRATORS
 from ..sweep import Sweep
-from ..terms import DIFFUSIONS, NONE, VISCOSITIES, XSPH, Terms
+from ..terms import DENSITIES, DIFFUSIONS, NONE, VISCOSITIES, XSPH, Terms
 from ..walls import MirrorWall
 from ..wavemakers import Palette
-from ..waves import Seiche
-from .check import gauge_name
+from ..waves import Seiche, phase_speed, pulse
 from .lattice import Lattice
 from .load import scene_text
 
@@ -49,28 +49,30 @@ def build(scene, communicator=None, folder=None):
     state = state_of(scene)
     walls = walls_of(scene)
     grid, box = grid_of(scene)
-    reach = scene.kernel.support * scene.h
+    reach = scene.reach
     lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
     cuts = cuts_of(scene, communicator.size)
     particles = Particles(Layout(scene.dim, scene.numerics.integrator))
     _fill(particles, scene, state, grid, lattices, cuts[communicator.rank], cuts[communicator.rank + 1])
-    terms = terms_of(scene)
+    n, terms = scene.numerics, terms_of(scene)
+    particles.summed = n.density == "summation"
     if terms.smoothing is not NONE:
         particles.drift = np.zeros((len(particles.tags), scene.dim))
     domain = Domain(grid, particles, walls, reach, box, scene.gravity, state, scene.domain.size[-1], communicator, cuts)
-    n = scene.numerics
     sweep = Sweep(
         scene.kernel,
         terms,
         scene.dim,
         scene.h,
-        scene.fluid.rho0,
+        scene.rho0,
         scene.c0,
         scene.gravity,
         n.alpha,
         n.delta,
         n.xsph,
         n.precision == "float32",
+        n.h_over_dx,
+        n.h_growth,
     )
     simulation = Simulation(
         domain,
@@ -81,7 +83,7 @@ def build(scene, communicator=None, folder=None):
         scene.time.end,
         scene.time.dt,
         scene.cfl,
-        n.density_range,
+        scene.density_range,
     )
     simulation.observers += gauges_of(scene, folder)
     if folder is not None and scene.snapshot_interval:
@@ -100,7 +102,7 @@ def cuts_of(scene, ranks):
         When there are too many ranks for the columns.
     """
     grid, _ = grid_of(scene)
-    reach = scene.kernel.support * scene.h
+    reach = scene.reach
     bands = [wall.band(reach, scene.domain.size[-1]) for wall in walls_of(scene)]
     lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
     return balanced_cuts(_line_counts(grid, lattices), ranks, *end_columns(grid, bands))
@@ -108,13 +110,13 @@ def cuts_of(scene, ranks):
 
 def state_of(scene):
     """Return the equation of state."""
-    return State(scene.numerics.state, scene.fluid.rho0, scene.c0, scene.numerics.gamma)
+    return State(scene.numerics.state, scene.rho0, scene.c0, scene.numerics.gamma)
 
 
 def terms_of(scene):
     """Return the terms that the scene names."""
     n = scene.numerics
-    return Terms(VISCOSITIES[n.viscosity], DIFFUSIONS[n.diffusion], XSPH if n.xsph else NONE)
+    return Terms(DENSITIES[n.density], VISCOSITIES[n.viscosity], DIFFUSIONS[n.diffusion], XSPH if n.xsph else NONE)
 
 
 def walls_of(scene):
@@ -148,7 +150,7 @@ def grid_of(scene):
     if palette:
         low[0] -= palette.reach(scene.domain.size[-1])
     box = tuple(low), tuple(map(float, scene.domain.size))
-    return Grid.around(*box, scene.kernel.support * scene.h), box
+    return Grid.around(*box, scene.reach), box
 
 
 def gauges_of(scene, folder):
@@ -160,8 +162,10 @@ def gauges_of(scene, folder):
         if getattr(scene.walls, side) is not None and not (side == "left" and scene.wavemaker):
             (low if direction > 0 else high)[axis] = 0.0 if direction > 0 else size[axis]
     for number, gauge in enumerate(scene.gauges):
-        head = gauge_name(gauge, number), gauge.every
-        if gauge.kind == "level":
+        head = table_name(gauge.name, gauge.kind, number), gauge.every
+        if gauge.kind == "level" and scene.shallow:
+            gauges.append(DepthGauge(*head, gauge.x, folder))
+        elif gauge.kind == "level":
             place = (gauge.x,) if gauge.y is None else (gauge.x, gauge.y)
             gauges.append(LevelGauge(*head, place, (low, high), folder))
         elif gauge.kind == "pressure":
@@ -173,17 +177,36 @@ def gauges_of(scene, folder):
 
 def _zone(scene, zone):
     left = zone.side == "left"
+    state = state_of(scene)
     return DampingZone(
         start=zone.length if left else scene.domain.size[0] - zone.length,
         direction=-1 if left else 1,
         length=zone.length,
-        h=scene.h,
-        sigma0=(zone.v_ref or scene.c0) / zone.length,
-        with_density=zone.density,
+        sigma0=zone.sigma0 or (zone.v_ref or scene.c0) / zone.length,
+        state=state.constants,
+        profile=zone.profile,
+        softening=zone.softening or 0.5 * scene.h,
+        exponent=zone.exponent,
+        switch=zone.switch,
+        killing=zone.killing,
+        density_factor=_density_factor(scene, zone),
         level=scene.level,
-        weight=scene.fluid.rho0 * abs(scene.gravity[-1]),
-        state=state_of(scene).constants,
+        weight=scene.rho0 * abs(scene.gravity[-1]),
+        surface_pressure=float(state.pressure(scene.level)) if scene.shallow else 0.0,
     )
+
+
+def _density_factor(scene, zone):
+    """Return how much harder than the velocity a layer damps the density.
+
+    A surface elevation eta decays with the volume that is lost below it. Damping the density by sigma_rho loses
+    ``sigma_rho (c/c0)^2 eta`` of it, c the phase speed: matched when that is ``sigma eta``.
+    """
+    if zone.density != "matched" or scene.shallow:
+        return 0.0 if zone.density == "none" else 1.0
+    gravity, maker = scene.domain.gravity, scene.wavemaker
+    speed = phase_speed(maker.period, scene.depth, gravity) if maker else math.sqrt(gravity * scene.depth)
+    return (scene.c0 / speed) ** 2
 
 
 def _line_counts(grid, lattices):
@@ -194,24 +217,44 @@ def _line_counts(grid, lattices):
     return counts
 
 
+def _lattice_sum(scene, lattice):
+    """Return the sum of W V over a line of particles, by which summed densities would be wrong; 1 where they are not summed."""
+    if scene.numerics.density != "summation":
+        return 1.0
+    step = lattice.step[0]
+    reach = math.ceil(scene.kernel.support * scene.h / step)
+    return float(step * scene.kernel.value(step * np.abs(np.arange(-reach, reach + 1)), scene.h, 1).sum())
+
+
+def _initial(scene, state, block, position):
+    """Return density [kg/m^3] and velocity [m/s] of a block's particles at `position` [m] at the beginning."""
+    velocity = np.zeros_like(position)
+    if block.initial == "pulse":
+        place = block.depth, block.amplitude, block.center, block.width
+        depth, velocity[:, 0] = pulse(position[:, 0], *place, scene.domain.gravity)
+        return depth, velocity
+    if scene.shallow:
+        return np.full(len(position), block.depth), velocity
+    if block.initial == "seiche":
+        length, depth = np.subtract(block.high, block.low)
+        seiche = Seiche(length, depth, block.amplitude, scene.domain.gravity)
+        velocity = seiche.velocity(position - np.array(block.low))
+    still = scene.rho0 * abs(scene.gravity[-1]) * (scene.level - position[:, -1])
+    return state.density(np.maximum(still, 0.0)), velocity
+
+
 def _fill(particles, scene, state, grid, lattices, first_column, last_column):
     """Add the particles of the columns ``first_column:last_column``."""
     number = 0
     for block, lattice in zip(scene.fluid.blocks, lattices, strict=True):
         columns = grid.column_of(lattice.x())
         ids, position = lattice.lines((columns >= first_column) & (columns < last_column))
-        velocity = np.zeros_like(position)
-        if block.initial == "seiche":
-            length, depth = np.subtract(block.high, block.low)
-            seiche = Seiche(length, depth, block.amplitude, scene.domain.gravity)
-            velocity = seiche.velocity(position - np.array(block.low))
-        still = scene.fluid.rho0 * abs(scene.gravity[-1]) * (scene.level - position[:, -1])
-        density = state.density(np.maximum(still, 0.0))
+        density, velocity = _initial(scene, state, block, position)
         particles.add(
             number + ids,
             position=position,
             velocity=velocity,
             density=density,
-            mass=density * math.prod(lattice.step),
+            mass=density * math.prod(lattice.step) / _lattice_sum(scene, lattice),
         )
         number += lattice.count

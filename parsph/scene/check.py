@@ -5,21 +5,18 @@ import math
 import numpy as np
 
 from ..errors import SceneError
+from ..io.tables import table_name
 from ..stepping import INTEGRATORS, time_step_limit
 from .lattice import Lattice
 
+_ONLY_SHALLOW = 'numerics.state = "shallow", or leave it out'
 SIDES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
 
 
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
-    return _shapes(scene) or [
-        *_numerics(scene),
-        *_geometry(scene),
-        *_wavemaker(scene),
-        *_damping(scene),
-        *_gauges(scene),
-    ]
+    faults = _shapes(scene) or _shallow(scene)
+    return faults or [*_numerics(scene), *_geometry(scene), *_wavemaker(scene), *_damping(scene), *_gauges(scene)]
 
 
 def _vector(where, values, dim):
@@ -40,13 +37,50 @@ def _shapes(scene):
     for number, gauge in enumerate(scene.gauges):
         for key in ("point", "low", "high"):
             faults += _vector(f"gauges.{number}.{key}", getattr(gauge, key, None), scene.dim)
-        if gauge.kind == "level" and (scene.dim == 1 or (gauge.y is None) != (scene.dim == 2)):
-            cure = "give x and y in 3D, x alone in 2D; a level needs two dimensions"
+        if gauge.kind == "level" and ((scene.dim == 1 and not scene.shallow) or (gauge.y is None) != (scene.dim < 3)):
+            cure = "give x and y in 3D, x alone in 2D; in 1D shallow water alone has a level"
             faults.append(SceneError("wrong number of coordinates", where=f"gauges.{number}", cure=cure))
     for side, axis in SIDES.items():
         missing = (axis == 1 and scene.dim < 3) or (axis == -1 and scene.dim < 2)
         if getattr(scene.walls, side) is not None and missing:
             faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}", cure="leave it out"))
+    return faults
+
+
+def _shallow(scene):
+    """What shallow water needs, and what nothing else can have."""
+    n, faults = scene.numerics, []
+    if not scene.shallow:
+        for number, block in enumerate(scene.fluid.blocks):
+            keys = [key for key in ("depth", "center", "width") if getattr(block, key) is not None]
+            for key in keys + ["initial"] * (block.initial == "pulse"):
+                faults.append(SceneError("is for shallow water", where=f"fluid.blocks.{number}.{key}", cure=_ONLY_SHALLOW))
+        if n.density == "summation":
+            why = "the sum falls off at a free surface"
+            faults.append(SceneError("is for shallow water", where="numerics.density", why=why, cure='"continuity"'))
+        if n.h_growth > 1:
+            faults.append(SceneError("is for shallow water", where="numerics.h_growth", cure="1, or leave it out"))
+        return faults
+    if scene.dim != 1:
+        why = "the depth is the density: the vertical is no dimension of the scene"
+        return [SceneError("shallow water needs one dimension", where="domain.size", why=why, cure="size = [length]")]
+    if scene.domain.gravity == 0:
+        faults.append(SceneError("shallow water needs gravity", where="domain.gravity", cure="9.81"))
+    if n.c0 is not None:
+        why = "waves run with sqrt(g depth)"
+        faults.append(SceneError("shallow water has no sound speed", where="numerics.c0", why=why, cure="leave it out"))
+    for number, block in enumerate(scene.fluid.blocks):
+        where = f"fluid.blocks.{number}"
+        if block.depth is None:
+            faults.append(SceneError("is missing", where=f"{where}.depth", cure="still-water depth of this block [m]"))
+        missing = [key for key in ("center", "width") if getattr(block, key) is None]
+        if block.initial == "pulse" and missing:
+            faults.append(SceneError(f"a pulse needs {' and '.join(missing)}", where=where, cure="both in m"))
+        if block.initial == "seiche":
+            faults.append(SceneError("a seiche needs 2D", where=f"{where}.initial", cure='"still" or "pulse"'))
+    if n.diffusion == "fourtakas":
+        why = "there is no hydrostatic part"
+        faults.append(SceneError("has no meaning here", where="numerics.diffusion", why=why, cure='"molteni" or "none"'))
     return faults
 
 
@@ -62,7 +96,7 @@ def _numerics(scene):
                 cure=f"{low} to {high}",
             )
         )
-    if n.c0 is None and (scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0):
+    if not scene.shallow and n.c0 is None and (scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0):
         faults.append(
             SceneError(
                 "is missing",
@@ -72,8 +106,8 @@ def _numerics(scene):
             )
         )
         return faults
-    if n.density_range[0] <= 0 or not n.density_range[0] < 1 < n.density_range[1]:
-        faults.append(SceneError("must hold 1 and be above 0", where="numerics.density_range", cure="as [0.7, 1.3]"))
+    if not 0 <= scene.density_range[0] < 1 < scene.density_range[1]:
+        faults.append(SceneError("must hold 1 and not begin below 0", where="numerics.density_range", cure="as [0.7, 1.3]"))
     integrator = INTEGRATORS[n.integrator]
     gravity = abs(scene.gravity[-1])
     limit = time_step_limit(scene.h, scene.c0, gravity, integrator.largest_cfl)
@@ -117,11 +151,11 @@ def _geometry(scene):
             b = scene.fluid.blocks[other]
             if (np.maximum(low, b.low) < np.minimum(high, b.high) - 0.5 * scene.numerics.dx).all():
                 faults.append(SceneError(f"overlaps block {other}", where=where, cure="blocks may touch, not overlap"))
-    cells = float(np.prod([s / (scene.kernel.support * scene.h) + 4 for s in scene.domain.size]))
+    cells = float(np.prod([s / (scene.reach) + 4 for s in scene.domain.size]))
     if cells > 2**30:
         cure = "a smaller domain.size or a larger numerics.dx"
         faults.append(SceneError(f"the domain has {cells:.3g} cells, more than 1e9", where="domain.size", cure=cure))
-    reach = scene.kernel.support * scene.h
+    reach = scene.reach
     for a, b, axis in (("left", "right", 0), ("front", "back", 1), ("bottom", "top", -1)):
         if getattr(scene.walls, a) and getattr(scene.walls, b) and scene.domain.size[axis] < reach:
             why = "the images of one would mirror at the other"
@@ -157,12 +191,23 @@ def _wavemaker(scene):
 
 def _damping(scene):
     faults, length = [], scene.domain.size[0]
+    water = min(block.low[0] for block in scene.fluid.blocks), max(block.high[0] for block in scene.fluid.blocks)
     for number, zone in enumerate(scene.damping):
+        where = f"damping.{number}"
+        edge = zone.length if zone.side == "left" else length - zone.length
         if zone.length >= length:
             cure = f"less than the domain's {length:g} m"
-            faults.append(SceneError(f"{zone.length:g} m is too long", where=f"damping.{number}.length", cure=cure))
+            faults.append(SceneError(f"{zone.length:g} m is too long", where=f"{where}.length", cure=cure))
+        elif not (water[0] < edge if zone.side == "left" else edge < water[1]):
+            why = f"it ends at x = {edge:g} m, the water reaches from {water[0]:g} to {water[1]:g} m"
+            faults.append(SceneError("the layer lies outside the fluid", where=where, why=why, cure="a longer one, or none"))
         if any(zone.side == other.side for other in scene.damping[:number]):
-            faults.append(SceneError(f"a second layer at the {zone.side}", where=f"damping.{number}.side", cure="one per side"))
+            faults.append(SceneError(f"a second layer at the {zone.side}", where=f"{where}.side", cure="one per side"))
+        if zone.sigma0 is not None and zone.v_ref is not None:
+            why = "sigma0 is v_ref / L"
+            faults.append(SceneError("given beside v_ref", where=f"{where}.sigma0", why=why, cure="one of the two"))
+        if zone.switch == "vx-vy" and scene.dim == 1:
+            faults.append(SceneError("there is no vy in 1D", where=f"{where}.switch", cure='"vx", "fx-vx" or "none"'))
     if not faults and sum(zone.length for zone in scene.damping) > length:
         faults.append(SceneError("the layers overlap", where="damping", cure=f"together at most {length:g} m"))
     return faults
@@ -172,7 +217,7 @@ def _gauges(scene):
     faults, names, size = [], set(), scene.domain.size
     for number, gauge in enumerate(scene.gauges):
         where = f"gauges.{number}"
-        name = gauge_name(gauge, number)
+        name = table_name(gauge.name, gauge.kind, number)
         if name in names or "/" in name or name.startswith("."):
             faults.append(
                 SceneError(f"{name!r} is taken or no file name", where=f"{where}.name", cure="a plain name of its own")
@@ -187,8 +232,3 @@ def _gauges(scene):
             if not 0 <= x <= extent:
                 faults.append(SceneError(f"{x:g} m lies outside the domain", where=where, cure=f"0 to {extent:g} m"))
     return faults
-
-
-def gauge_name(gauge, number):
-    """Return the name of a gauge: its own, or kind and number."""
-    return gauge.name or f"{gauge.kind}-{number:02d}"

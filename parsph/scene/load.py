@@ -27,7 +27,8 @@ def load_scene(source="pool", overrides=None):
     Parameters
     ----------
     source : str, Path or dict
-        A built-in scene, a TOML file, or the keys themselves.
+        A built-in scene, a TOML file, the ``scene.json`` of a run, or the keys themselves. A scene with ``base = "other"``
+        starts from that scene (built-in, or a file beside it): sections are merged, values and lists replaced.
     overrides : dict or list of str, optional
         ``{"time.end": 1.0}`` or ``["time.end=1.0"]``; list items by number, as ``gauges.0.x``.
 
@@ -38,9 +39,8 @@ def load_scene(source="pool", overrides=None):
     SceneError
         When there is no such scene, or it is not TOML.
     """
-    keys = source if isinstance(source, dict) else _read(source)
-    keys = copy.deepcopy(keys)
-    items = overrides.items() if isinstance(overrides, dict) else map(_split, overrides or [])
+    keys = _with_base(source, ())
+    items = overrides.items() if isinstance(overrides, dict) else map(parse_setting, overrides or [])
     for key, value in items:
         _override(keys, key, value)
     try:
@@ -64,8 +64,36 @@ def scene_text(scene):
 
 
 def json_schema():
-    """Return the JSON Schema of scenes, for editors."""
-    return json.dumps(Scene.model_json_schema(), indent=1)
+    """Return the JSON Schema of scenes, for editors; nothing is required, since a scene may have a base."""
+    schema = Scene.model_json_schema()
+    schema["properties"]["base"] = {"type": "string", "description": "scene that this one starts from: built-in, or a file"}
+    del schema["required"]
+    return json.dumps(schema, indent=1)
+
+
+def _with_base(source, above):
+    """Return the keys of a scene merged into those of its base; `above` are the scenes that build on it."""
+    keys = copy.deepcopy(source) if isinstance(source, dict) else _read(source)
+    base = keys.pop("base", None)
+    if base is None:
+        return keys
+    name = str(source) if not isinstance(source, dict) else "base"
+    if not isinstance(base, str):
+        raise SceneError(f"base must be a name, not {base!r}", where=name, cure='as base = "pool"')
+    if base not in builtin_names() and not isinstance(source, dict):
+        base = str(Path(source).parent / base)
+    if base in above or base == name:
+        raise SceneError("is its own base", where=base, why=" -> ".join((*above, name, base)), cure="another base")
+    return _merged(_with_base(base, (*above, name)), keys)
+
+
+def _merged(base, keys):
+    """Return `base` with `keys` put over it, section by section."""
+    both = dict(base)
+    for key, value in keys.items():
+        inner = isinstance(value, dict) and isinstance(both.get(key), dict)
+        both[key] = _merged(both[key], value) if inner else value
+    return both
 
 
 def _read(source):
@@ -85,13 +113,23 @@ def _read(source):
             why="it is neither a file nor the name of a built-in scene",
             cure=f"{hint}built-in scenes: {', '.join(builtin_names())}",
         )
+    if path.suffix == ".json":
+        return _parsed(text, source, "JSON", json.loads, json.JSONDecodeError)
+    return _parsed(text, source, "TOML", tomllib.loads, tomllib.TOMLDecodeError)
+
+
+def _parsed(text, source, language, parse, failure):
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"not valid TOML: {error}", where=str(source), cure="mend that place") from None
+        keys = parse(text)
+    except failure as error:
+        raise SceneError(f"not valid {language}: {error}", where=str(source), cure="mend that place") from None
+    if not isinstance(keys, dict):
+        raise SceneError("holds no sections", where=str(source), cure="the scene.json of a run, or a TOML file")
+    return keys
 
 
-def _split(setting):
+def parse_setting(setting):
+    """Return (key, value) of a ``key=value`` of the command line; values are TOML, or else text."""
     key, equals, text = setting.partition("=")
     if not equals or not key:
         raise SceneError(f"{setting!r} is not of the form key=value", where="--set", cure="as --set time.end=5")
@@ -113,9 +151,8 @@ def _override(keys, key, value):
             )
     if isinstance(place, list):
         _item(place, last, key)
-        place[int(last)] = value
-    else:
-        place[last] = value
+        last = int(last)
+    place[last] = copy.deepcopy(value)  # later overrides may reach into it
 
 
 def _item(items, number, key):

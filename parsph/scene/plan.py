@@ -13,7 +13,8 @@ from .lattice import Lattice
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
-BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 81, "float32": 45}
+SECONDS_PER_STEP = 1.0e-4  # what a step costs without particles, measured by `bench`
+BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
 
 
 def costs(scene):
@@ -23,7 +24,7 @@ def costs(scene):
     step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl)
     steps = math.ceil(scene.time.end / step)
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
-    candidates = (3 * scene.kernel.support * scene.numerics.h_over_dx) ** scene.dim
+    candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
     precision = 0.72 if scene.numerics.precision == "float32" else 1.0
     snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
     return {
@@ -32,7 +33,7 @@ def costs(scene):
         "step": step,
         "steps": steps,
         "evaluations": evaluations,
-        "core seconds": evaluations * candidates * SECONDS_PER_CANDIDATE * precision,
+        "core seconds": evaluations * candidates * SECONDS_PER_CANDIDATE * precision + steps * SECONDS_PER_STEP,
         "snapshots": snapshots,
         "disk": snapshots * particles * BYTES_PER_SNAPSHOT_PARTICLE[scene.output.snapshots.precision],
     }
@@ -66,10 +67,12 @@ def print_plan(scene, name):
         moves = f"flap hinged at the bed, {math.degrees(palette.amplitude):g} degrees, period {palette.period:g} s"
         table.add_row("wavemaker", moves, "Molteni et al. section 3")
     for zone in scene.damping:
-        what = "velocity and density" if zone.density else "velocity"
-        table.add_row(
-            f"{zone.side} layer", f"{zone.length:g} m, {zone.profile}, damps {what}", "Molteni et al. eqs. (2.3), (2.4)"
+        what = "velocity" if zone.density == "none" else f"velocity and density ({zone.density})"
+        parts = [f"{zone.length:g} m", zone.profile, f"damps {what}"]
+        parts += [f"switch {zone.switch}"] * (zone.switch != "none") + [f"force times {zone.killing}"] * (
+            zone.killing != "none"
         )
+        table.add_row(f"{zone.side} layer", ", ".join(parts), "Molteni et al. eqs. (2.3), (2.4), section 2")
     for kind in ("level", "pressure", "energy"):
         count = sum(gauge.kind == kind for gauge in scene.gauges)
         if count:
@@ -82,7 +85,7 @@ def print_plan(scene, name):
     out.print(f"not modelled, not stored, not swept: {', '.join(omitted) or 'nothing'}")
     fields = Layout(scene.dim, n.integrator).fields
     cost = costs(scene)
-    out.print(f"fields: {', '.join(f'{field.name} [{field.unit}]' for field in fields)}", markup=False)
+    out.print(f"fields: {', '.join(f'{field.name} [{state.unit(field)}]' for field in fields)}", markup=False)
     out.print(
         f"{cost['particles']:,} particles, {size_text(cost['bytes'])} of memory; {cost['steps']:,} steps of "
         f"{cost['step']:.3g} s, {cost['evaluations']:.3g} evaluations; "

@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from ..damping import KILLINGS, PROFILES, SWITCHES
 from ..kernels import KERNELS
 from ..states import STATES
 from ..stepping import INTEGRATORS
-from ..terms import DIFFUSIONS, VISCOSITIES
+from ..terms import DENSITIES, DIFFUSIONS, VISCOSITIES
 from ..walls.mirror import LAWS, SLIPS
 
 Vector = Annotated[list[float], Field(min_length=1, max_length=3)]
@@ -36,17 +37,24 @@ class Block(Section):
 
     low: Vector = Field(description="lower corner [m]")
     high: Vector = Field(description="upper corner [m]")
-    initial: Literal["still", "seiche"] = Field(
-        "still", description="still: at rest; seiche: velocities of the first standing wave of the block (2D)"
+    initial: Literal["still", "seiche", "pulse"] = Field(
+        "still",
+        description="still: at rest; seiche: velocities of the first standing wave of the block (2D); "
+        "pulse: a hump that travels to the right (shallow water)",
     )
-    amplitude: NotNegative = Field(0.0, description="amplitude of the seiche [m]")
+    amplitude: NotNegative = Field(0.0, description="amplitude of the seiche, height of the pulse [m]")
+    depth: Positive | None = Field(None, description="still-water depth [m]; for state shallow, and needed there")
+    center: float | None = Field(None, description="where the pulse begins [m]")
+    width: Positive | None = Field(None, description="A [m] of the pulse exp(-(x - center)^2/A^2)")
 
 
 class FluidSection(Section):
     """The fluid at the beginning; pressure is hydrostatic, density follows from the inverse state equation."""
 
-    rho0: Positive = Field(1000.0, description="reference density [kg/m^3]")
-    level: float | None = Field(None, description="still-water level [m]; default: top of the highest block")
+    rho0: Positive = Field(1000.0, description="reference density [kg/m^3]; shallow water needs none")
+    level: float | None = Field(
+        None, description="still-water level [m]; default: top of the highest block, in shallow water the largest depth"
+    )
     blocks: list[Block] = Field(min_length=1, description="blocks of fluid")
 
 
@@ -83,13 +91,28 @@ class Damping(Section):
 
     side: Literal["left", "right"] = Field("right", description="end of the domain")
     length: Positive = Field(description="length L of the layer [m]")
-    profile: Literal["hyperbolic"] = Field("hyperbolic", description="sigma0 depth / (L - depth + 0.5 h)")
+    profile: Literal[*PROFILES] = Field(
+        "hyperbolic", description="sigma = sigma0 times depth / (L - depth + softening), or power: (depth / L)^exponent"
+    )
+    softening: Positive | None = Field(None, description="of the hyperbolic profile's outer end [m]; default: 0.5 h")
+    exponent: Annotated[int, Field(ge=1, le=20)] = Field(1, description="m of the power profile [-]")
     v_ref: Positive | None = Field(None, description="sigma0 = v_ref / L [m/s]; default: c0")
-    density: bool = Field(False, description="damp the density towards that of still water too")
+    sigma0: Positive | None = Field(None, description="strength [1/s], instead of v_ref")
+    density: Literal["none", "plain", "matched"] = Field(
+        "none",
+        description="damp the density towards that of still water too: plain, as hard as the velocity; matched, so hard that "
+        "the waves of the wavemaker (without one: long waves) meet no change of impedance",
+    )
+    switch: Literal[*SWITCHES] = Field(
+        "none", description="damp those only that move against the wave (vx), and down (vx-vy), or are driven so (fx-vx)"
+    )
+    killing: Literal[*KILLINGS] = Field(
+        "none", description="horizontal force in the layer falls as f1 = 1 - depth/L or f2 = 1 - (depth/L)^2"
+    )
 
 
 class LevelGauge(Section):
-    """Water level at a place."""
+    """Water level at a place; in shallow water the depth there."""
 
     kind: Literal["level"]
     name: str | None = Field(None, description="name of the table; default: kind and number")
@@ -126,6 +149,9 @@ class Numerics(Section):
     dx: Positive = Field(description="particle spacing [m]")
     kernel: Literal[*KERNELS] = Field("wendland-c2", description="smoothing kernel")
     h_over_dx: Positive = Field(2.0, description="smoothing length over spacing [-]")
+    h_growth: Annotated[float, Field(ge=1, le=100)] = Field(
+        1.0, description="shallow water: h grows with the spacing of thinning water, up to so many times its length [-]"
+    )
     c0: Positive | None = Field(None, description="sound speed [m/s]; default: c0_factor sqrt(g depth)")
     c0_factor: Annotated[float, Field(ge=5)] = Field(20.0, description="sound speed over sqrt(g depth) [-], at least 5")
     state: Literal[*STATES] = Field("tait", description="equation of state")
@@ -134,13 +160,18 @@ class Numerics(Section):
     alpha: NotNegative = Field(0.02, description="strength of monaghan viscosity [-]")
     diffusion: Literal[*DIFFUSIONS] = Field("none", description="density diffusion")
     delta: Annotated[float, Field(ge=0, le=0.5)] = Field(0.1, description="strength of the diffusion [-], up to 0.5")
+    density: Literal[*DENSITIES] = Field(
+        "continuity", description="integrated by the continuity equation, or summed over neighbours (shallow water)"
+    )
     xsph: Annotated[float, Field(ge=0, le=1)] = Field(0.0, description="velocity smoothing epsilon [-]; 0: none")
     integrator: Literal[*INTEGRATORS] = Field("verlet", description="time integration")
     precision: Literal["float64", "float32"] = Field(
         "float64", description="of the arithmetic of pairs; the state is always float64"
     )
-    density_range: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
-        [0.7, 1.3], description="the run stops when a density over rho0 leaves this range [-]"
+    density_range: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
+        None,
+        description="the run stops when a density over rho0 leaves this range [-]; default: 0.7 to 1.3, "
+        "in shallow water, where rho0 is the largest depth, 0 to 2",
     )
 
 
@@ -203,14 +234,26 @@ class Scene(Section):
         return (0.0,) * (self.dim - 1) + (down,)
 
     @property
+    def shallow(self):
+        """Whether this is shallow water: one dimension, the depth plays the density."""
+        return self.numerics.state == "shallow"
+
+    @property
+    def rho0(self):
+        """Reference density [kg/m^3]; in shallow water the largest depth [m] at the beginning."""
+        return max(block.depth for block in self.fluid.blocks) if self.shallow else self.fluid.rho0
+
+    @property
     def level(self):
         """Still-water level [m]."""
-        return self.fluid.level if self.fluid.level is not None else max(block.high[-1] for block in self.fluid.blocks)
+        if self.fluid.level is not None:
+            return self.fluid.level
+        return self.rho0 if self.shallow else max(block.high[-1] for block in self.fluid.blocks)
 
     @property
     def depth(self):
         """Still-water depth [m], over the lowest point of the fluid."""
-        return self.level - min(block.low[-1] for block in self.fluid.blocks)
+        return self.level - (0.0 if self.shallow else min(block.low[-1] for block in self.fluid.blocks))
 
     @property
     def h(self):
@@ -223,8 +266,20 @@ class Scene(Section):
         return KERNELS[self.numerics.kernel]
 
     @property
+    def density_range(self):
+        """What the density may become, over rho0 [-]."""
+        return tuple(self.numerics.density_range or ((0.0, 2.0) if self.shallow else (0.7, 1.3)))
+
+    @property
+    def reach(self):
+        """Largest distance [m] at which particles feel each other."""
+        return self.kernel.support * self.h * self.numerics.h_growth
+
+    @property
     def c0(self):
-        """Sound speed [m/s]."""
+        """Sound speed [m/s]; in shallow water that of long waves on the largest depth."""
+        if self.shallow:
+            return (self.domain.gravity * self.rho0) ** 0.5
         return self.numerics.c0 or self.numerics.c0_factor * (self.domain.gravity * self.depth) ** 0.5
 
     @property

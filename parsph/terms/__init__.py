@@ -7,7 +7,7 @@ particle a share ``F = (1/r) dW/dr``, so ``grad_a W_ab = F r_ab`` with ``r_ab = 
 
 from dataclasses import dataclass
 
-from .continuity import CONTINUITY
+from .density import DENSITIES
 from .diffusion import DIFFUSIONS
 from .momentum import MOMENTUM
 from .term import NONE, Term
@@ -21,9 +21,10 @@ class Terms:
 
     Attributes
     ----------
-    viscosity, diffusion, smoothing : Term
+    density, viscosity, diffusion, smoothing : Term
     """
 
+    density: Term = DENSITIES["continuity"]
     viscosity: Term = NONE
     diffusion: Term = NONE
     smoothing: Term = NONE
@@ -32,7 +33,7 @@ class Terms:
     def families(self):
         """Pairs (family, term) of all families, named or not."""
         return (
-            ("continuity", CONTINUITY),
+            ("density", self.density),
             ("momentum", MOMENTUM),
             ("viscosity", self.viscosity),
             ("density diffusion", self.diffusion),
@@ -40,4 +41,4 @@ class Terms:
         )
 
 
-__all__ = ["CONTINUITY", "DIFFUSIONS", "MOMENTUM", "NONE", "VISCOSITIES", "XSPH", "Term", "Terms"]
+__all__ = ["DENSITIES", "DIFFUSIONS", "MOMENTUM", "NONE", "VISCOSITIES", "XSPH", "Term", "Terms"]

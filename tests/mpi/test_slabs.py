@@ -16,7 +16,7 @@ from parsph.parallel import Communicator
 from parsph.scene.build import build, grid_of
 from parsph.scene.load import load_scene
 from parsph.sweep import Sweep
-from parsph.terms import DIFFUSIONS, NONE, VISCOSITIES, Terms
+from parsph.terms import DIFFUSIONS, VISCOSITIES, Terms
 from parsph.walls import MirrorWall
 
 SIZE, CELL, GRAVITY = (2.0, 0.7), 0.1, (0.0, -9.81)
@@ -72,7 +72,7 @@ def test_slab_with_its_halos_is_a_slice_of_the_whole(communicator):
 @pytest.mark.parametrize("single", [False, True], ids=["float64", "float32"])
 def test_rates_are_those_of_the_whole_to_the_bit(communicator, single):
     mine, whole = pair(communicator, fields(2))
-    terms = Terms(VISCOSITIES["monaghan"], DIFFUSIONS["fourtakas"], NONE)
+    terms = Terms(viscosity=VISCOSITIES["monaghan"], diffusion=DIFFUSIONS["fourtakas"])
     sweep = Sweep(KERNELS["wendland-c2"], terms, 2, 0.49 * CELL, 1000.0, 20.0, GRAVITY, 0.1, 0.1, 0.0, single)
     for domain in (mine, whole):
         domain.arrange(0.0)
@@ -228,6 +228,62 @@ def test_moving_cuts_lose_nobody_and_change_no_bit(communicator, monkeypatch):
         assert mine.domain.cuts != skewed_cuts(communicator)
     np.testing.assert_array_equal(np.sort(gathered(mine, "id")), np.arange(200))
     assert_same_run(mine, run(collapse(0.05), Communicator()))
+
+
+GAUGES = [{"kind": "energy", "every": 0.25, "name": "all"}]
+# The right layer begins close to the palette, so that something moves in it; a killing function at the palette would let
+# the water through.
+LAYERS = [
+    {"side": "left", "length": 0.9, "sigma0": 2.0, "density": "matched", "switch": "fx-vx"},
+    {"side": "right", "length": 11.2, "density": "matched", "switch": "fx-vx", "killing": "f1"},
+]
+SCENES = {
+    "dam break: summation and a growing h": (
+        "swe-dam-break",
+        {"time.end": 40.0, "gauges": [*GAUGES, {"kind": "level", "x": 510.0, "every": 2.5}]},
+    ),
+    "pulse in a layer that damps the depth": (
+        "swe-pulse",
+        {
+            "time.end": 8.0,
+            "fluid.blocks.0.center": 490.0,
+            "gauges": [*GAUGES, {"kind": "level", "x": 500.0, "every": 0.5}, {"kind": "level", "x": 549.9, "every": 0.5}],
+        },
+    ),
+    "pool with layers at both ends, matched density, switch and killing": (
+        "pool",
+        {
+            "time.end": 0.3,
+            "numerics.dx": 0.1,
+            "wavemaker.ramp": 0.0,
+            "damping": LAYERS,
+            "gauges": [{"kind": "energy", "every": 0.05}, {"kind": "level", "x": 1.0, "every": 0.05}],
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_layers_and_shallow_water_are_the_same_on_all_ranks_to_the_bit(communicator, monkeypatch, name):
+    """Nearly all begins on the first rank, and cuts move through the layers; masses too, which layers change."""
+    monkeypatch.setattr(parsph.simulation, "BALANCE_EVERY", 20)
+    source, overrides = SCENES[name]
+    scene = load_scene(source, overrides)
+    domain, last = build(scene, Communicator()).domain, communicator.size - 1
+    columns, (_, right) = domain.grid.columns, domain.end_columns()
+    cuts = (0, *(columns - right - last + rank for rank in range(1, last + 1)), columns)
+    mine = rebuilt(scene, communicator, cuts)
+    assert mine.domain.cuts == cuts
+    mine.run()
+    assert mine.domain.cuts != cuts or communicator.size == 1
+    alone = run(scene, Communicator())
+    assert_same_run(mine, alone)
+    np.testing.assert_array_equal(gathered(mine, "mass"), alone.field("mass"))
+    if scene.damping:
+        bare = run(load_scene(source, {**overrides, "damping": []}), Communicator())
+        assert np.abs(np.sort(bare.field("velocity")[:, 0]) - np.sort(alone.field("velocity")[:, 0])).max() > 1e-4
+        assert np.ptp(alone.observers[0].record()[:, 1]) > 0, "mass of water that is damped"
+    assert alone.observers[0].record().shape[0] > 6
 
 
 def test_ranks_without_particles_take_part(communicator):

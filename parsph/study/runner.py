@@ -1,0 +1,250 @@
+"""Runs the rows of a study: each a process of its own in its own folder, finished ones never again.
+
+``scenes/<row>.json`` is what a row runs, ``rows/<row>/`` what it leaves, ``logs/<row>.log`` what it printed and
+``failed/<row>.json`` why it failed. A row is finished when its folder has a summary.
+"""
+
+import itertools
+import json
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from ..errors import Interrupted, SceneError
+from ..io.folder import output_folder, write_whole
+from ..io.results import Results
+from ..progress import console, duration
+from ..run import run
+from ..scene.load import scene_text
+
+FINISHED, FAILED, OPEN = "finished", "failed", "open"
+
+
+class Workspace:
+    """The folder of a study.
+
+    Parameters
+    ----------
+    folder : Path
+    """
+
+    def __init__(self, folder):
+        self.folder = Path(folder)
+
+    def scene(self, row):
+        """The path of what a row runs."""
+        return self.folder / "scenes" / f"{row.name}.json"
+
+    def run_folder(self, row):
+        """The folder that a row's run leaves."""
+        return self.folder / "rows" / row.name
+
+    def log(self, row):
+        """The path of what a row printed."""
+        return self.folder / "logs" / f"{row.name}.log"
+
+    def failure(self, row):
+        """The path of why a row failed."""
+        return self.folder / "failed" / f"{row.name}.json"
+
+    def status(self, row):
+        """Return "finished", "failed" or "open"."""
+        if (self.run_folder(row) / "summary.json").exists():
+            return FINISHED
+        return FAILED if self.failure(row).exists() else OPEN
+
+    def results(self, row):
+        """Return the `Results` of a finished row, None for others."""
+        return Results(self.run_folder(row)) if self.status(row) == FINISHED else None
+
+    def why(self, row):
+        """Return why a row failed, one line; empty for others."""
+        return json.loads(self.failure(row).read_text(encoding="utf-8"))["why"] if self.status(row) == FAILED else ""
+
+    def prepare(self, scenes):
+        """Write the scenes of all rows ({row name: Scene}), keeping those that are there.
+
+        Raises
+        ------
+        SceneError
+            When a row is declared otherwise than what the folder has run.
+        """
+        for part in ("scenes", "rows", "logs", "failed"):
+            (self.folder / part).mkdir(parents=True, exist_ok=True)
+        for name, scene in scenes.items():
+            path, text = self.folder / "scenes" / f"{name}.json", scene_text(scene)
+            if not path.exists():
+                write_whole(path, text)
+            elif path.read_text(encoding="utf-8") != text:
+                raise SceneError(
+                    f"row {name} is declared otherwise than in this folder",
+                    where=str(self.folder),
+                    why="finished rows would be mixed with others",
+                    cure="the same study and --set as before, or another --out",
+                )
+
+    def fail(self, row, why, code):
+        """Record that a row failed."""
+        write_whole(self.failure(row), json.dumps({"row": row.name, "exit code": code, "why": why}, indent=1))
+
+
+def workspace(study, out, resume):
+    """Return the `Workspace` of a study, with the scenes of all rows written.
+
+    Parameters
+    ----------
+    study : Study
+    out : path or None
+        Default: ``studies/<name>-<NNN>``, the next free number.
+    resume : bool
+        Whether the folder may hold rows of the same study.
+
+    Raises
+    ------
+    SceneError
+        When the folder holds something else, or a scene of the study is wrong.
+    """
+    scenes = study.scenes()
+    if resume and out is None:
+        raise SceneError("needs the folder to go on with", where="--resume", cure="--out DIR, as it was printed")
+    if not resume and out is not None and Path(out).is_dir() and any(Path(out).iterdir()):
+        cure = "--resume to go on with it, or another folder"
+        raise SceneError(f"{out} exists and is not empty", where="--out", cure=cure)
+    folder = Path(out) if resume else output_folder(study.name, out, parent="studies")
+    place = Workspace(folder)
+    place.prepare(scenes)
+    return place
+
+
+def run_row(study, place, which, communicator):
+    """Run one row in this process, on all its ranks: what a task of a job array does.
+
+    Parameters
+    ----------
+    study : Study
+    place : Workspace
+    which : str
+        Name of the row, or its number from 0.
+
+    Raises
+    ------
+    SceneError
+        When there is no such row.
+    RunError
+        When the run went wrong; it is recorded too.
+    """
+    row = _row(study, which)
+    if place.status(row) == FINISHED:
+        console().print(f"row {row.name} is finished already", markup=False)
+        return
+    try:
+        run(place.scene(row), (), place.run_folder(row), overwrite=True, communicator=communicator)
+    except Exception as error:
+        if communicator.rank == 0 and not isinstance(error, Interrupted):
+            place.fail(row, str(error), getattr(error, "exit_code", 1))
+        raise
+    if communicator.rank == 0:
+        place.failure(row).unlink(missing_ok=True)
+
+
+def _row(study, which):
+    rows = study.rows
+    if str(which).isdigit() and int(which) < len(rows):
+        return rows[int(which)]
+    for row in rows:
+        if row.name == which:
+            return row
+    raise SceneError(
+        f"no row {which!r}", where="--row", cure=f"0 to {len(rows) - 1}, or a name of parsph study {study.name} --list"
+    )
+
+
+def run_rows(study, place, jobs, ranks):
+    """Run all rows that are not finished, `jobs` at a time, each on `ranks` ranks. Failed ones are recorded, and run again.
+
+    Raises
+    ------
+    Interrupted
+        On Ctrl-C; finished rows are kept.
+    """
+    rows = study.rows
+    todo = [row for row in rows if place.status(row) != FINISHED]
+    out = console()
+    done = len(rows) - len(todo)
+    out.print(
+        f"{study.name}: {len(rows)} rows, {done} finished; {jobs} at a time on {ranks} rank(s) each; {place.folder}",
+        markup=False,
+    )
+    children, stopping, lock, begin = {}, threading.Event(), threading.Lock(), time.perf_counter()
+
+    def work(row):
+        nonlocal done
+        if stopping.is_set():
+            return
+        code = _run_process(row, place, ranks, children, stopping)
+        if stopping.is_set() or code == Interrupted.exit_code:
+            return
+        with lock:
+            done += 1
+            ran = done - (len(rows) - len(todo))
+            left = (time.perf_counter() - begin) / ran * (len(todo) - ran)
+            if code == 0:
+                place.failure(row).unlink(missing_ok=True)
+                summary = place.results(row).summary
+                told = f"{summary['cpu [s]']:.1f} CPU s"
+            else:
+                place.fail(row, _last_error(place.log(row)), code)
+                told = f"FAILED: {place.why(row)}"
+            out.print(f"[{done}/{len(rows)}] {row.name}: {told}; eta {duration(left)}", markup=False)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        try:
+            for future in [pool.submit(work, row) for row in todo]:
+                future.result()
+        except BaseException as error:
+            stopping.set()
+            for process in list(children.values()):
+                process.terminate()
+            if isinstance(error, KeyboardInterrupt):
+                why = "finished rows are kept"
+                raise Interrupted("interrupted", str(place.folder), why, f"go on with --resume --out {place.folder}") from None
+            raise
+
+
+def _run_process(row, place, ranks, children, stopping):
+    """Run a row in a process of its own; return its exit code."""
+    command = [sys.executable, "-m", "parsph", "run", str(place.scene(row)), "--out", str(place.run_folder(row)), "--overwrite"]
+    if ranks > 1:
+        command = [_mpirun(), "-n", str(ranks), *command]
+    with open(place.log(row), "w", encoding="utf-8") as log:
+        process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+        children[row.name] = process
+        if stopping.is_set():
+            process.terminate()
+        code = process.wait()
+        del children[row.name]
+    return code
+
+
+def _mpirun():
+    """Return the launcher: the one beside the interpreter, else the one on the path."""
+    beside = Path(sys.executable).parent / "mpirun"
+    found = str(beside) if beside.exists() else shutil.which("mpirun")
+    if found is None:
+        raise SceneError("no mpirun", where="--ranks", cure="pip install 'parsph[mpi]', or one rank per row")
+    return found
+
+
+def _last_error(log):
+    """Return what the last error in a row's log says, in one line."""
+    text = log.read_text(encoding="utf-8", errors="replace")
+    begin = text.rfind("\nerror:")
+    if begin < 0:  # a traceback says it in its last line
+        return text.strip().rpartition("\n")[2]
+    first, *others = text[begin + len("\nerror:") :].split("\n")
+    rest = itertools.takewhile(lambda line: line.startswith("  "), others)  # what follows is of the launcher
+    return " ".join(" ".join([first, *rest]).split())

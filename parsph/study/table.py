@@ -1,0 +1,106 @@
+"""The table of a study: one row a run, with labels, metrics and costs; as CSV and as HDF5."""
+
+import csv
+import math
+
+import h5py
+import numpy as np
+
+from ..errors import SceneError
+from .metrics import METRICS
+from .runner import FINISHED
+
+COSTS = {
+    "particles": ("particles", ""),
+    "steps": ("steps", ""),
+    "evaluations": ("evaluations", ""),
+    "cpu": ("cpu [s]", "s"),
+    "wall": ("wall [s]", "s"),
+    "damping": (None, "s"),
+    "ranks": ("ranks", ""),
+}
+
+
+class StudyTable:
+    """The rows of a study with what was measured.
+
+    Attributes
+    ----------
+    study : Study
+    place : Workspace
+    columns : dict
+        Name to unit, in order: row, group, axes, status, metrics, costs.
+    rows : list of dict
+        Column to value; numbers that a row does not have are NaN.
+    notes : list of str
+        Why a finished row lacks a number.
+    """
+
+    def __init__(self, study, place):
+        self.study, self.place = study, place
+        metrics = {name: METRICS[name].unit for name in study.metrics}
+        costs = {name: unit for name, (_, unit) in COSTS.items()}
+        self.columns = dict.fromkeys(["row", "group", *study.axes, "status"], "") | metrics | costs
+        self.notes = []
+        self.rows = [self._measured(row) for row in study.rows]
+
+    def _measured(self, row):
+        values = {"row": row.name, "group": row.group, "status": self.place.status(row)}
+        values |= {axis: row.labels.get(axis, "") for axis in self.study.axes}
+        results = self.place.results(row)
+        for name in self.study.metrics:
+            values[name] = self._metric(METRICS[name], row, results)
+        for name, (key, _) in COSTS.items():
+            if results is None:
+                values[name] = math.nan
+            elif key:
+                values[name] = results.summary[key]
+            else:  # the mean over ranks, of all of them
+                values[name] = results.summary["phases [s]"].get(name, (0, 0, 0))[1] * results.summary["ranks"]
+        return values
+
+    def _metric(self, metric, row, results):
+        """Return the number, NaN where the row or what it is compared with is not there."""
+        others = {role: self.study.reference(row, role) for role in metric.roles}
+        found = {role: self.place.results(other) for role, other in others.items() if other}
+        if results is None or any(found.get(role) is None for role in metric.roles):
+            return math.nan
+        try:
+            return float(metric.measure(results, found))
+        except SceneError as error:  # a row that cannot be measured is no reason to lose the others
+            self.notes.append(f"`{row.name}`, {metric.name}: {error}")
+            return math.nan
+
+    def select(self, **labels):
+        """Return the finished rows with these labels (group among them), as ``select(group="layers", variant="M0")``."""
+        wanted = labels.items()
+        return [row for row in self.rows if row["status"] == FINISHED and all(row.get(k) == v for k, v in wanted)]
+
+    def write(self):
+        """Write ``results.csv`` and ``results.h5``."""
+        header = [f"{name} [{unit}]" if unit not in ("", "-") else name for name, unit in self.columns.items()]
+        with open(self.place.folder / "results.csv", "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(header)
+            writer.writerows([[row[name] for name in self.columns] for row in self.rows])
+        with h5py.File(self.place.folder / "results.h5", "w") as file:
+            for name, unit in self.columns.items():
+                values = [row[name] for row in self.rows]
+                text = isinstance(values[0], str)
+                data = np.array(values, h5py.string_dtype()) if text else np.array(values, float)
+                file.create_dataset(name, data=data).attrs["unit"] = unit
+
+    def markdown(self, columns=None, rows=None):
+        """Return the lines of a Markdown table of the given columns and rows; default: all."""
+        columns, rows = columns or list(self.columns), self.rows if rows is None else rows
+        lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
+        lines += ["| " + " | ".join(_text(row[name]) for name in columns) + " |" for row in rows]
+        return lines
+
+
+def _text(value):
+    if isinstance(value, str):
+        return value
+    if math.isnan(value):
+        return ""
+    return f"{value:,.0f}" if float(value).is_integer() and abs(value) >= 100 else f"{value:.4g}"
