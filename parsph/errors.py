@@ -69,4 +69,6 @@ class Interrupted(ParsphError):
 
 def paragraph(error, width=100):
     """The text of an error as one wrapped paragraph per fault, headed ``error:``."""
-    return "\n".join(textwrap.fill(f"error: {line}", width, subsequent_indent="  ") for line in str(error).splitlines())
+    whole = {"break_on_hyphens": False, "break_long_words": False}  # paths are there to be copied
+    lines = str(error).splitlines()
+    return "\n".join(textwrap.fill(f"error: {line}", width, subsequent_indent="  ", **whole) for line in lines)

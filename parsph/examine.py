@@ -77,9 +77,11 @@ def reflection(folder, gauges=None, start=0.0, period=None, periods=4, spectrum=
         _print(rows, json_file)
         return
     maker = results.scene["wavemaker"]
+    if period is not None and period <= 0:
+        raise SceneError(f"{period:g} s is no period", "--period", cure="a period > 0 s")
     if period is None and maker is None:
         raise SceneError("is missing", "--period", "the scene has no wavemaker", "the period of the waves [s], or --spectrum")
-    period = period or maker["period"]
+    period = maker["period"] if period is None else period
     late = t >= t[-1] - (periods + 1e-6) * period
     method = "goda-suzuki" if len(places) == 2 else "mansard-funke"
     found = analysis.reflection(t[late], levels[:, late], places, period, depth, gravity, method)
@@ -112,10 +114,14 @@ def ratio(layer, reflecting, infinite, json_file=None):
     for run in runs:
         if run.scene["numerics"]["state"] != "shallow":
             raise SceneError("is no shallow water", where=str(run.folder), cure="runs of scenes as swe-pulse")
+    times = [run.snapshot()["time"] for run in runs]
+    if len(set(times)) > 1:
+        told = ", ".join(f"{time:g}" for time in times)
+        raise SceneError(f"the runs end at different times, {told} s", where="ratio", cure="the same time.end for all three")
     window = 0.0, runs[1].scene["domain"]["size"][0]
     profiles = [run.profile() for run in runs]
     value = analysis.reflection_ratio(*profiles, runs[0].scene["domain"]["gravity"], window)
-    _print([{"time [s]": runs[0].snapshot()["time"], "reflection ratio": value}], json_file)
+    _print([{"time [s]": times[0], "reflection ratio": value}], json_file)
 
 
 def energy(folder, low=None, high=None, json_file=None):
@@ -155,12 +161,14 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
     """
     results = Results(folder)
     out = Path(out) if out else results.folder / "figures"
+    if out.exists() and not out.is_dir():
+        raise SceneError(f"{out} is no folder", where="--out", cure="name a folder")
     scene = results.scene
     written = []
     found = results.snapshot(snapshot)
     found["speed"] = np.linalg.norm(found["velocity"], axis=1)
-    if found.get(field, np.zeros((0, 3))).ndim != 1:
-        names = [name for name, values in found.items() if np.ndim(values) == 1]
+    names = [name for name, values in found.items() if np.ndim(values) == 1]
+    if field not in names:
         raise SceneError(f"no field {field!r} of one number per particle", where="--field", cure=f"one of: {', '.join(names)}")
     unit = results.units.get(field, "m/s" if field == "speed" else "")
     label = f"{field} [{unit}]"
@@ -209,6 +217,8 @@ def _corner(text, dim, default, where):
 
 
 def _print(rows, json_file):
+    if json_file and not json_file.parent.is_dir():
+        raise SceneError(f"there is no folder {json_file.parent}", where="--json", cure="name a file in a folder that is there")
     columns = list(dict.fromkeys(name for row in rows for name in row))
     table = Table(*map(escape, columns))
     for row in rows:

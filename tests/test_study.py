@@ -252,8 +252,8 @@ def test_references_share_labels(tmp_path):
     assert found == {
         "far_9": None,
         "far_18": None,
-        "own_18": "far_18",
-        "own_9": "far_9",
+        "own_18": None,  # as others are compared with it
+        "own_9": None,
         "both_1_18": "far_18",
         "both_1_9": "far_9",
         "both_1_27": None,
@@ -685,6 +685,7 @@ def test_a_metric_that_cannot_be_measured_is_no_end_of_the_others(place, command
     assert "Traceback" not in err
     assert list(np.isnan(table(place / "out")[metric])) == [True, True, False]
     assert code == 0, err
+    assert f"`longer`, {metric}: " in (place / "out" / "report.md").read_text()
 
 
 # --- ranks --------------------------------------------------------------------------------------------------------------

@@ -78,7 +78,14 @@ def _shallow(scene):
             faults.append(SceneError(f"a pulse needs {' and '.join(missing)}", where=where, cure="both in m"))
         if block.initial == "seiche":
             faults.append(SceneError("a seiche needs 2D", where=f"{where}.initial", cure='"still" or "pulse"'))
-    if n.diffusion == "fourtakas":
+    if n.h_growth > 1 and not (n.viscosity == "monaghan" and n.alpha >= 0.5 and n.integrator == "verlet"):
+        why = "h follows the density of the evaluation before, which grows noise unless the flow is viscous"
+        cure = 'viscosity = "monaghan" with alpha >= 0.5 and integrator = "verlet", or h_growth = 1'
+        faults.append(SceneError("a growing h is unstable here", where="numerics.h_growth", why=why, cure=cure))
+    if n.density == "summation" and n.diffusion != "none":
+        cure = 'diffusion = "none", or density = "continuity"'
+        faults.append(SceneError("has nothing to act on", where="numerics.diffusion", why="densities are summed", cure=cure))
+    elif n.diffusion == "fourtakas":
         why = "there is no hydrostatic part"
         faults.append(SceneError("has no meaning here", where="numerics.diffusion", why=why, cure='"molteni" or "none"'))
     return faults
@@ -206,6 +213,13 @@ def _damping(scene):
         if zone.sigma0 is not None and zone.v_ref is not None:
             why = "sigma0 is v_ref / L"
             faults.append(SceneError("given beside v_ref", where=f"{where}.sigma0", why=why, cure="one of the two"))
+        if zone.density == "matched" and not scene.shallow and (scene.dim == 1 or scene.domain.gravity * scene.depth <= 0):
+            why = "it is matched to the speed of surface waves"
+            cure = '"plain" or "none"'
+            faults.append(SceneError("needs depth under gravity", where=f"{where}.density", why=why, cure=cure))
+        if zone.killing != "none" and zone.side == "left" and scene.wavemaker:
+            why = "a weakened force does not hold the water at the plate"
+            faults.append(SceneError("the wavemaker stands there", where=f"{where}.killing", why=why, cure='"none"'))
         if zone.switch == "vx-vy" and scene.dim == 1:
             faults.append(SceneError("there is no vy in 1D", where=f"{where}.switch", cure='"vx", "fx-vx" or "none"'))
     if not faults and sum(zone.length for zone in scene.damping) > length:

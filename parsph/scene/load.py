@@ -3,6 +3,7 @@
 import copy
 import difflib
 import json
+import os
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -55,7 +56,7 @@ def load_scene(source="pool", overrides=None):
 
 def scene_name(source):
     """Return the name of a scene for folders and titles."""
-    return Path(source).stem
+    return "scene" if isinstance(source, dict) else Path(source).stem
 
 
 def scene_text(scene):
@@ -66,6 +67,8 @@ def scene_text(scene):
 def json_schema():
     """Return the JSON Schema of scenes, for editors; nothing is required, since a scene may have a base."""
     schema = Scene.model_json_schema()
+    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker"):
+        schema["$defs"][section].pop("required", None)
     schema["properties"]["base"] = {"type": "string", "description": "scene that this one starts from: built-in, or a file"}
     del schema["required"]
     return json.dumps(schema, indent=1)
@@ -77,14 +80,15 @@ def _with_base(source, above):
     base = keys.pop("base", None)
     if base is None:
         return keys
-    name = str(source) if not isinstance(source, dict) else "base"
+    name = "the scene" if isinstance(source, dict) else str(source)
     if not isinstance(base, str):
         raise SceneError(f"base must be a name, not {base!r}", where=name, cure='as base = "pool"')
     if base not in builtin_names() and not isinstance(source, dict):
-        base = str(Path(source).parent / base)
-    if base in above or base == name:
-        raise SceneError("is its own base", where=base, why=" -> ".join((*above, name, base)), cure="another base")
-    return _merged(_with_base(base, (*above, name)), keys)
+        base = os.path.normpath(Path(source).parent / base)
+    chain = (*above, name if name in builtin_names() else os.path.normpath(name))
+    if base in chain:
+        raise SceneError("is its own base", where=base, why=" -> ".join((*chain, base)), cure="another base")
+    return _merged(_with_base(base, chain), keys)
 
 
 def _merged(base, keys):

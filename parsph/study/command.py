@@ -9,7 +9,7 @@ from ..progress import console
 from ..scene.load import parse_setting
 from .declare import builtin_names, load_study
 from .report import write_report
-from .runner import FAILED, FINISHED, run_row, run_rows, workspace
+from .runner import FAILED, FINISHED, row_of, run_row, run_rows, workspace
 from .table import StudyTable
 
 
@@ -47,6 +47,7 @@ def study(source, overrides=(), jobs=None, ranks=1, resume=False, out=None, quic
     if row is not None:
         if out is None:
             raise SceneError("needs the study's folder", where="--row", cure="--out DIR, the same for all rows")
+        row_of(declared, row)  # a wrong one must not leave a folder behind
         run_row(declared, communicator.on_root(lambda: workspace(declared, out, True)), row, communicator)
         return
     if communicator.size > 1:

@@ -210,7 +210,7 @@ class _Section(BaseModel):
 class GroupSection(_Section):
     """A group of a study's TOML file."""
 
-    name: str = Field(description="name of the group")
+    name: str = Field(pattern=r"^\w[\w.-]*$", description="name of the group: letters, digits and . _ -")
     base: str | None = Field(None, description="scene; default: that of the study")
     settings: dict = Field({}, description='overrides of all its rows, as { "time.end" = 5.0 }')
     axes: dict[str, dict[str, dict]] = Field({}, description="axis, label, overrides; rows are all combinations")
@@ -257,14 +257,22 @@ class StudyFile(_Section):
             raise SceneFaults(faults)
         settings = _dotted(self.settings) | (_dotted(self.quick) if quick else {})
         groups = tuple(group.group(self.base, settings) for group in self.groups)
-        return Study(name, self.title or name, groups, tuple(self.metrics), self.references)
+        declared = Study(name, self.title or name, groups, tuple(self.metrics), self.references)
+        rows = [row.name for row in declared.rows]
+        twice = dict.fromkeys(row for row in rows if rows.count(row) > 1)
+        if twice:
+            why = "a folder takes letters, digits and . _ - of groups and labels"
+            cure = "other names or labels"
+            raise SceneFaults([SceneError(f"two rows are called {row!r}", "groups", why, cure) for row in twice])
+        return declared
 
 
 def _dotted(settings, prefix=""):
     """Return overrides with their full keys: in TOML ``numerics.dx = 0.1`` is a table in a table, and means "numerics.dx"."""
     flat = {}
     for key, value in settings.items():
-        flat |= _dotted(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+        inner = isinstance(value, dict) and value  # an empty section is a value: a wall without keys
+        flat |= _dotted(value, f"{prefix}{key}.") if inner else {f"{prefix}{key}": value}
     return flat
 
 

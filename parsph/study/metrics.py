@@ -92,8 +92,14 @@ def separated(results):
 def level_difference(results, references):
     """L2 difference of all levels from the infinite run, over the L2 norm of its waves."""
     t, mine, _, _ = results.levels()
-    _, theirs, _, _ = references["infinite"].levels()
+    times, theirs, _, _ = references["infinite"].levels()
+    _same_times(t, times)
     return analysis.level_difference(t, mine, theirs)
+
+
+def _same_times(mine, theirs):
+    if not np.array_equal(mine, theirs):
+        raise SceneError("the two runs have different times", where="gauges", cure="the same `every` and time.end for both")
 
 
 @metric("energy-difference", "-", roles=("infinite",), needs="energy")
@@ -115,6 +121,7 @@ def _energies(results, reference):
     name = next(iter(results.gauges("energy")))
     mine, theirs = results.table(name), reference.table(name)
     t, energy = theirs["time [s]"], theirs["kinetic energy [J]"]
+    _same_times(mine["time [s]"], t)
     difference = mine["kinetic energy [J]"] - energy
     maker = results.scene["wavemaker"]
     if maker is None or maker["motion"] == "single":

@@ -109,6 +109,8 @@ def workspace(study, out, resume):
         When the folder holds something else, or a scene of the study is wrong.
     """
     scenes = study.scenes()
+    if out is not None and Path(out).exists() and not Path(out).is_dir():
+        raise SceneError(f"{out} is no folder", where="--out", cure="name a folder")
     if resume and out is None:
         raise SceneError("needs the folder to go on with", where="--resume", cure="--out DIR, as it was printed")
     if not resume and out is not None and Path(out).is_dir() and any(Path(out).iterdir()):
@@ -137,23 +139,24 @@ def run_row(study, place, which, communicator):
     RunError
         When the run went wrong; it is recorded too.
     """
-    row = _row(study, which)
+    row = row_of(study, which)
     if place.status(row) == FINISHED:
         console().print(f"row {row.name} is finished already", markup=False)
         return
     try:
         run(place.scene(row), (), place.run_folder(row), overwrite=True, communicator=communicator)
     except Exception as error:
-        if communicator.rank == 0 and not isinstance(error, Interrupted):
+        if not isinstance(error, Interrupted):  # whichever rank sees it first
             place.fail(row, str(error), getattr(error, "exit_code", 1))
         raise
     if communicator.rank == 0:
         place.failure(row).unlink(missing_ok=True)
 
 
-def _row(study, which):
+def row_of(study, which):
+    """Return the row of this name or number; SceneError when there is none."""
     rows = study.rows
-    if str(which).isdigit() and int(which) < len(rows):
+    if str(which).isdecimal() and int(which) < len(rows):
         return rows[int(which)]
     for row in rows:
         if row.name == which:
@@ -242,9 +245,9 @@ def _mpirun():
 def _last_error(log):
     """Return what the last error in a row's log says, in one line."""
     text = log.read_text(encoding="utf-8", errors="replace")
-    begin = text.rfind("\nerror:")
-    if begin < 0:  # a traceback says it in its last line
+    _, found, tail = ("\n" + text).rpartition("\nerror:")
+    if not found:  # a traceback says it in its last line
         return text.strip().rpartition("\n")[2]
-    first, *others = text[begin + len("\nerror:") :].split("\n")
+    first, *others = tail.split("\n")
     rest = itertools.takewhile(lambda line: line.startswith("  "), others)  # what follows is of the launcher
     return " ".join(" ".join([first, *rest]).split())
