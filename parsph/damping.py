@@ -11,7 +11,7 @@ the exponential takes.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from .jit import jit
 from .particles import FIRST_GHOST
@@ -153,34 +153,28 @@ class DampingZone:
     weight: float = 0.0
     surface_pressure: float = 0.0
 
-    @property
+    @cached_property
     def edge(self):
         """What the compiled code knows of the place: (start, direction, length, softening)."""
         return self.start, float(self.direction), self.length, self.softening
 
+    @cached_property
+    def _numbers(self):
+        """What the compiled code knows of the density: its factor, the still water, the state without its code."""
+        return self.density_factor, (self.level, self.weight, self.surface_pressure), tuple(self.state[1:])
+
     def damp(self, particles, first, last, dt):
         """Damp the fluid rows ``first:last`` over `dt` [s]."""
-        code, *numbers = self.state
-        codes = PROFILES[self.profile], SWITCHES[self.switch], self.density_factor > 0, code
-        compiled_layer(particles.layout.dim, *codes)(
-            particles.shared,
-            particles.tags,
-            particles.acceleration,
-            first,
-            last,
-            self.edge,
-            self.exponent,
-            self.sigma0 * dt,
-            self.density_factor,
-            (self.level, self.weight, self.surface_pressure),
-            tuple(numbers),
-        )
+        codes = PROFILES[self.profile], SWITCHES[self.switch], self.density_factor > 0, self.state[0]
+        relax = compiled_layer(particles.layout.dim, *codes)
+        p = particles
+        relax(p.shared, p.tags, p.acceleration, first, last, self.edge, self.exponent, self.sigma0 * dt, *self._numbers)
 
     def restrain(self, particles, first, last):
         """Weaken the force on the fluid rows ``first:last``, after each evaluation, where there is a killing function."""
         weaken(particles.shared, particles.tags, particles.acceleration, first, last, self.edge, KILLINGS[self.killing])
 
-    @property
+    @cached_property
     def span(self):
         """The x-interval of the layer [m]."""
         end = self.start + self.direction * self.length
