@@ -28,6 +28,7 @@ TREATMENTS = {
     "vx": {"switch": "vx"},
     "f1+vx": {"killing": "f1", "switch": "vx"},
     "velocity only": {"density": "none"},
+    "velocity only, f1+vx": {"density": "none", "killing": "f1", "switch": "vx"},
 }
 STRENGTHS = (2.0, 4.0, 8.0, 16.0)
 
