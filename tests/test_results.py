@@ -10,7 +10,6 @@ import pytest
 from helpers import parsph
 
 from parsph import waves
-from parsph.cli import main
 from parsph.errors import SceneError
 from parsph.io.results import Results
 from parsph.io.tables import Table, read_table
@@ -42,24 +41,6 @@ TANK = {
 }
 SHALLOW = {"numerics.dx": 4.0, "numerics.h_over_dx": 2.0, "time.end": 80.0, "output.snapshots.every": 80.0}
 REFLECTED, INCIDENT = 0.2, 0.01
-
-
-@pytest.fixture
-def command(capfd, monkeypatch):
-    """The command line in this process: arguments in, (exit code, what was printed, what was said on stderr) out."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments):
-        capfd.readouterr()
-        try:
-            main([str(argument) for argument in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        out, err = capfd.readouterr()
-        return code, out, " ".join(err.split())
-
-    return call
 
 
 @pytest.fixture(scope="module")

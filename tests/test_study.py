@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from helpers import parsph, start, why_no_mpi
 
-from parsph.cli import main
 from parsph.errors import SceneError, SceneFaults
 from parsph.io.tables import read_table
 from parsph.study import command as study_command
@@ -60,24 +59,6 @@ settings = { "numerics.density_range" = [0.9999, 1.1] }
 ROWS = ["infinite", "reflecting", "layers_20", "layers_50", "narrow"]
 GOOD = ROWS[:-1]
 TIMES = ("cpu", "wall", "damping")
-
-
-@pytest.fixture
-def command(capfd, monkeypatch):
-    """The command line in this process: arguments in, (exit code, what was printed, what was said on stderr) out."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments):
-        capfd.readouterr()
-        try:
-            main([str(argument) for argument in arguments])
-            code = 0
-        except SystemExit as end:
-            code = end.code or 0
-        out, err = capfd.readouterr()
-        return code, out, " ".join(err.split())
-
-    return call
 
 
 @pytest.fixture
