@@ -121,7 +121,7 @@ def harmonics(t, level, period, count=2):
     return _fit(t, level, period, count)
 
 
-def mean_height(t, level, period):
+def mean_height(t, level, period, periods=None):
     """Return the mean of crest minus trough [m] over the whole periods in a record.
 
     Parameters
@@ -130,9 +130,12 @@ def mean_height(t, level, period):
         Times [s] and levels [m].
     period : float
         [s]; a record shorter than that counts as one.
+    periods : int, optional
+        So many at the end count at most; default: all, from the beginning on.
     """
-    number = np.floor((t - t[0]) / period + 1e-9).astype(int)
-    whole = int((t[-1] - t[0]) / period + 1e-6)
+    begin = t[0] if periods is None else max(t[0], t[-1] - periods * period)
+    number = np.floor((t - begin) / period + 1e-9).astype(int)
+    whole = int((t[-1] - begin) / period + 1e-6)
     return float(np.mean([np.ptp(level[number == k]) for k in range(max(whole, 1))]))
 
 
@@ -246,7 +249,7 @@ def separate(x, amplitudes, wavenumber):
     return complex(incident), complex(reflected)
 
 
-def reflection(t, levels, x, period, depth, gravity, method="mansard-funke"):
+def reflection(t, levels, x, period, depth, gravity, method="mansard-funke", periods=None):
     """Separate regular waves by the first harmonics of several gauges over the last whole periods of the record.
 
     Parameters
@@ -261,6 +264,8 @@ def reflection(t, levels, x, period, depth, gravity, method="mansard-funke"):
         [s], [m], [m/s^2]; the wavenumber is that of linear theory.
     method : str
         "mansard-funke" (three gauges or more) or "goda-suzuki" (exactly two).
+    periods : int, optional
+        So many at the end of the record count at most; default: all whole ones.
 
     Returns
     -------
@@ -281,7 +286,7 @@ def reflection(t, levels, x, period, depth, gravity, method="mansard-funke"):
             cure='take method "goda-suzuki" for two gauges, "mansard-funke" for three or more',
         )
     wavenumber = _wavenumber(period, depth, gravity)
-    late = _last_periods(t, period)
+    late = _last_periods(t, period, periods)
     amplitudes = np.array([_fit(t[late], level, period, 2)[1] for level in levels[:, late]])
     incident, reflected = separate(x, amplitudes, wavenumber)
     _check_moving(abs(incident), depth)
@@ -554,9 +559,10 @@ def _whole_periods(t, period):
     return whole
 
 
-def _last_periods(t, period):
-    """Return the mask of the last whole periods: half open, so that no phase of uniform samples is counted twice."""
-    return t > t[-1] - (_whole_periods(t, period) - 1e-6) * period
+def _last_periods(t, period, most=None):
+    """Return the mask of the last whole periods, of `most` at most: half open, so that no phase is counted twice."""
+    whole = _whole_periods(t, period)
+    return t > t[-1] - (min(whole, most or whole) - 1e-6) * period
 
 
 def _fit(t, level, period, count):

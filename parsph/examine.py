@@ -77,14 +77,11 @@ def reflection(folder, gauges=None, start=0.0, period=None, periods=4, spectrum=
         _print(rows, json_file)
         return
     maker = results.scene["wavemaker"]
-    if period is not None and period <= 0:
-        raise SceneError(f"{period:g} s is no period", "--period", cure="a period > 0 s")
     if period is None and maker is None:
         raise SceneError("is missing", "--period", "the scene has no wavemaker", "the period of the waves [s], or --spectrum")
     period = maker["period"] if period is None else period
-    late = t >= t[-1] - (periods + 1e-6) * period
     method = "goda-suzuki" if len(places) == 2 else "mansard-funke"
-    found = analysis.reflection(t[late], levels[:, late], places, period, depth, gravity, method)
+    found = analysis.reflection(t, levels, places, period, depth, gravity, method, periods)
     row = {
         "gauges": len(places),
         "period [s]": period,

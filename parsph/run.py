@@ -197,8 +197,7 @@ def wave_heights(scene, simulation):
     heights = {}
     for gauge in gauges:
         t, level = gauge.record().T
-        late = t >= t[-1] - (2 + 1e-6) * palette.period
-        heights[f"{gauge.name} (x = {gauge.place[0]:g} m)"] = mean_height(t[late], level[late], palette.period)
+        heights[f"{gauge.name} (x = {gauge.place[0]:g} m)"] = mean_height(t, level, palette.period, 2)
     theory = flap_height(palette.amplitude, palette.period, scene.depth, scene.domain.gravity)
     return {"wave height, theory [m]": theory, "wave height [m]": heights}
 

@@ -368,3 +368,25 @@ def test_analysis_loads_neither_numba_nor_the_solver():
     heavy = "{'numba', 'mpi4py', 'scipy', 'parsph.jit', 'parsph.simulation'}"
     code = f"import sys, parsph.analysis; sys.exit(bool({heavy} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_the_last_periods_are_as_many_as_asked_for():
+    """At a sampling interval that does not divide the period too: the last two of heights 9, 2, 6 have the mean 4."""
+    period, t = 2.236969878, np.arange(0, 3 * 2.236969878, 0.02)
+    t = t + 3 * period - t[-1]
+    level = np.choose(np.minimum((t / period).astype(int), 2), [4.5, 1.0, 3.0]) * np.sin(2 * np.pi * t / period)
+    assert mean_height(t, level, period, 2) == pytest.approx(4.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("periods", [1, 2, 3])
+def test_reflection_takes_the_last_periods_and_no_others(periods):
+    """The waves before them are of another reflection."""
+    period, depth, gravity, x = 2.236969878, 1.0, 9.8, np.array([2.0, 2.6, 3.5])
+    k = wavenumber(2 * np.pi / period, depth, gravity)
+    t = np.arange(0, 6 * period, 0.02)
+    share = np.where(t > t[-1] - periods * period, 0.1, 0.5)
+    turn = 2 * np.pi * t / period
+    levels = np.array([0.05 * np.cos(turn - k * place) + 0.05 * share * np.cos(turn + k * place) for place in x])
+    found = reflection(t, levels, x, period, depth, gravity, periods=periods)
+    assert found.coefficient == pytest.approx(0.1, abs=1e-3)
+    assert reflection(t, levels, x, period, depth, gravity, periods=periods + 1).coefficient > 0.15

@@ -84,8 +84,8 @@ def separated(results):
     t, levels, x, _ = results.levels()
     depth, gravity = results.depth, results.scene["domain"]["gravity"]
     period = results.scene["wavemaker"]["period"]
-    late, far = t >= t[-1] - (PERIODS + 1e-6) * period, x >= FAR * depth
-    return analysis.reflection(t[late], levels[far][:, late], x[far], period, depth, gravity)
+    far = x >= FAR * depth
+    return analysis.reflection(t, levels[far], x[far], period, depth, gravity, periods=PERIODS)
 
 
 @metric("level-difference", "-", roles=("infinite",), needs="levels")
