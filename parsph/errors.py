@@ -1,5 +1,6 @@
 """The one exception family: each message says where, what is wrong, why, and what would be right."""
 
+import difflib
 import textwrap
 
 
@@ -72,3 +73,9 @@ def paragraph(error, width=100):
     whole = {"break_on_hyphens": False, "break_long_words": False}  # paths are there to be copied
     lines = str(error).splitlines()
     return "\n".join(textwrap.fill(f"error: {line}", width, subsequent_indent="  ", **whole) for line in lines)
+
+
+def did_you_mean(word, choices):
+    """Return "did you mean 'x'? " for the choice nearest to `word`, empty when none is near."""
+    near = difflib.get_close_matches(str(word), list(choices), 1)
+    return f"did you mean {near[0]!r}? " if near else ""

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..errors import SceneError
 
 
-def output_folder(name, out=None, overwrite=False, parent="runs"):
+def output_folder(name, out=None, overwrite=False, parent="runs", consent="--overwrite"):
     """Make and return the folder that a run writes to.
 
     Parameters
@@ -20,6 +20,8 @@ def output_folder(name, out=None, overwrite=False, parent="runs"):
         Folder to use.
     overwrite : bool
         Whether an `out` that holds files may be emptied.
+    consent : str
+        What a user has to say for that.
     parent : str
         Where folders without a name of their own go.
 
@@ -38,7 +40,7 @@ def output_folder(name, out=None, overwrite=False, parent="runs"):
                     f"{folder} exists and is not empty",
                     where="--out",
                     why="an earlier run's output is never overwritten unasked",
-                    cure="name another folder, or say --overwrite",
+                    cure=f"name another folder, or say {consent}",
                 )
             _empty(folder)
         folder.mkdir(parents=True, exist_ok=True)

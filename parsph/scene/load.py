@@ -1,7 +1,6 @@
 """Scenes from TOML: overrides, and errors that say where, what, why and what would be right."""
 
 import copy
-import difflib
 import json
 import os
 import tomllib
@@ -10,7 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import SceneError, SceneFaults
+from ..errors import SceneError, SceneFaults, did_you_mean
 from .check import faults_of
 from .schema import Scene
 
@@ -47,7 +46,7 @@ def load_scene(source="pool", overrides=None):
     try:
         scene = Scene.model_validate(keys)
     except ValidationError as error:
-        raise SceneFaults([_fault(entry) for entry in error.errors()]) from None
+        raise SceneFaults([fault_of(entry) for entry in error.errors()]) from None
     faults = faults_of(scene)
     if faults:
         raise SceneFaults(faults)
@@ -110,12 +109,10 @@ def _read(source):
         except (OSError, UnicodeDecodeError) as error:
             raise SceneError(f"cannot be read: {error}", where=str(source), cure="a readable text file") from None
     else:
-        near = difflib.get_close_matches(str(source), builtin_names(), 1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
         raise SceneError(
             f"no scene {str(source)!r}",
             why="it is neither a file nor the name of a built-in scene",
-            cure=f"{hint}built-in scenes: {', '.join(builtin_names())}",
+            cure=f"{did_you_mean(source, builtin_names())}built-in scenes: {', '.join(builtin_names())}",
         )
     if path.suffix == ".json":
         return _parsed(text, source, "JSON", json.loads, json.JSONDecodeError)
@@ -160,21 +157,19 @@ def _override(keys, key, value):
 
 
 def _item(items, number, key):
-    if not number.isdigit() or int(number) >= len(items):
+    if not number.isdecimal() or int(number) >= len(items):
         raise SceneError(f"{number!r} is not an item of the list", where=f"--set {key}", cure=f"0 to {len(items) - 1}")
     return items[int(number)]
 
 
-def _fault(entry):
-    """Turn one of pydantic's findings into a fault with the nearest valid key or the key's description."""
+def fault_of(entry, model=Scene):
+    """Turn one of pydantic's findings about a `model` into a fault with the nearest valid key or the key's description."""
     location = [part for part in entry["loc"] if part not in ("level", "pressure", "energy") or entry["loc"][0] != "gauges"]
     where = ".".join(map(str, location))
-    model, field = _resolve(entry["loc"])
+    model, field = _resolve(entry["loc"], model)
     if entry["type"] == "extra_forbidden":
-        valid = list(model.model_fields)
-        near = difflib.get_close_matches(str(entry["loc"][-1]), valid, 1)
-        cure = f"did you mean {near[0]!r}?" if near else f"valid keys: {', '.join(valid)}"
-        return SceneError("unknown key", where=where, cure=cure)
+        near = did_you_mean(entry["loc"][-1], model.model_fields).strip()
+        return SceneError("unknown key", where=where, cure=near or f"valid keys: {', '.join(model.model_fields)}")
     if entry["type"] == "missing":
         return SceneError("is missing", where=where, cure=_cure(field))
     message = entry["msg"][0].lower() + entry["msg"][1:]
@@ -197,13 +192,15 @@ def _cure(field):
     return f"a section with the keys {', '.join(models[0].model_fields)}" if models else "see parsph show --schema"
 
 
-def _resolve(location):
-    """Return the model that holds the key at `location`, and its field if it has one."""
-    model, field = Scene, None
+def _resolve(location, model):
+    """Return the model inside `model` that holds the key at `location`, and its field if it has one."""
+    field = None
     for part in location:
         if isinstance(part, int):
             continue
         candidates = _models(field.annotation) if field is not None else [model]
+        if not candidates:  # inside a plain table or list: what the field says of itself is all there is to know
+            break
         if field is not None and candidates:
             tagged = [m for m in candidates if "kind" in m.model_fields and part in _kinds(m)]
             if tagged:

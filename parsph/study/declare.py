@@ -3,19 +3,19 @@
 A study is a TOML file, or one of the built-in ones, which are Python. Rows are run by `parsph.study.runner`.
 """
 
-import difflib
 import importlib
 import itertools
 import pkgutil
 import re
 import tomllib
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..errors import SceneError, SceneFaults
-from ..scene.load import load_scene
+from ..errors import SceneError, SceneFaults, did_you_mean
+from ..scene.load import fault_of, load_scene
 from . import builtin
 from .metrics import METRICS
 
@@ -107,7 +107,7 @@ class Study:
     references: dict = field(default_factory=dict)
     report: object = None
 
-    @property
+    @cached_property
     def rows(self):
         """All rows, in order."""
         return [row for group in self.groups for row in group.rows()]
@@ -188,9 +188,7 @@ def load_study(source, quick=False):
         return module.study(quick)
     path = Path(source)
     if not path.is_file():
-        near = difflib.get_close_matches(str(source), builtin_names(), 1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        cure = f"{hint}built-in studies: {', '.join(builtin_names())}; or a TOML file"
+        cure = f"{did_you_mean(source, builtin_names())}built-in studies: {', '.join(builtin_names())}; or a TOML file"
         raise SceneError(f"no study {str(source)!r}", cure=cure)
     try:
         keys = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -199,7 +197,7 @@ def load_study(source, quick=False):
     try:
         declared = StudyFile.model_validate(keys)
     except ValidationError as error:
-        raise SceneFaults([_fault(entry) for entry in error.errors()]) from None
+        raise SceneFaults([fault_of(entry, StudyFile) for entry in error.errors()]) from None
     return declared.study(path.stem, quick)
 
 
@@ -279,24 +277,10 @@ def _dotted(settings, prefix=""):
 def metric_faults(name, where, references):
     """Return what is wrong with a metric of this name, a list of SceneError."""
     if name not in METRICS:
-        near = difflib.get_close_matches(name, METRICS, 1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        return [SceneError(f"unknown metric {name!r}", where=where, cure=f"{hint}one of: {', '.join(METRICS)}")]
+        cure = f"{did_you_mean(name, METRICS)}one of: {', '.join(METRICS)}"
+        return [SceneError(f"unknown metric {name!r}", where=where, cure=cure)]
     missing = [role for role in METRICS[name].roles if role not in references]
     if missing:
         cure = f'[references] {missing[0]} = "name of a group"'
         return [SceneError(f"{name!r} compares with {' and '.join(missing)}", where=where, why="no group is that", cure=cure)]
     return []
-
-
-def _fault(entry):
-    where = ".".join(map(str, entry["loc"]))
-    model = GroupSection if entry["loc"][0] == "groups" and len(entry["loc"]) > 2 else StudyFile
-    key = str(entry["loc"][-1])
-    if entry["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(key, model.model_fields, 1)
-        cure = f"did you mean {near[0]!r}?" if near else f"valid keys: {', '.join(model.model_fields)}"
-        return SceneError("unknown key", where=where, cure=cure)
-    described = model.model_fields.get(key)
-    message = "is missing" if entry["type"] == "missing" else entry["msg"][0].lower() + entry["msg"][1:]
-    return SceneError(message, where=where, cure=described.description if described else "see the README")

@@ -113,10 +113,7 @@ def workspace(study, out, resume):
         raise SceneError(f"{out} is no folder", where="--out", cure="name a folder")
     if resume and out is None:
         raise SceneError("needs the folder to go on with", where="--resume", cure="--out DIR, as it was printed")
-    if not resume and out is not None and Path(out).is_dir() and any(Path(out).iterdir()):
-        cure = "--resume to go on with it, or another folder"
-        raise SceneError(f"{out} exists and is not empty", where="--out", cure=cure)
-    folder = Path(out) if resume else output_folder(study.name, out, parent="studies")
+    folder = Path(out) if resume else output_folder(study.name, out, parent="studies", consent="--resume")
     place = Workspace(folder)
     place.prepare(scenes)
     return place

@@ -50,13 +50,14 @@ class StudyTable:
         results = self.place.results(row)
         for name in self.study.metrics:
             values[name] = self._metric(METRICS[name], row, results)
+        summary = results.summary if results else None
         for name, (key, _) in COSTS.items():
-            if results is None:
+            if summary is None:
                 values[name] = math.nan
             elif key:
-                values[name] = results.summary[key]
+                values[name] = summary[key]
             else:  # the mean over ranks, of all of them
-                values[name] = results.summary["phases [s]"].get(name, (0, 0, 0))[1] * results.summary["ranks"]
+                values[name] = summary["phases [s]"].get(name, (0, 0, 0))[1] * summary["ranks"]
         return values
 
     def _metric(self, metric, row, results):
@@ -70,6 +71,10 @@ class StudyTable:
         except SceneError as error:  # a row that cannot be measured is no reason to lose the others
             self.notes.append(f"`{row.name}`, {metric.name}: {error}")
             return math.nan
+
+    def results(self, name):
+        """Return the `Results` of the row `name`, None when it has not finished."""
+        return self.place.results(next(row for row in self.study.rows if row.name == name))
 
     def select(self, **labels):
         """Return the finished rows with these labels (group among them), as ``select(group="layers", variant="M0")``."""

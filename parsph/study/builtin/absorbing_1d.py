@@ -154,7 +154,7 @@ def _pulse(lines, folder, table):
     drawing, ax = viz.figure()
     curves = {}
     for name, rows in runs.items():
-        results = table.place.results(next(row for row in table.study.rows if row.name == rows[0]["row"]))
+        results = table.results(rows[0]["row"])
         if not curves:
             first = results.snapshot(0)
             curves["at t = 0"] = first["position"][:, 0], first["density"]

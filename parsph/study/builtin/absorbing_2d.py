@@ -83,7 +83,7 @@ def _variant(keys):
 def report(table, folder):
     """Return the report's lines, figure by figure: what the paper says and what our numbers say."""
     lines = ["## Continuous waves"]
-    runs = {row["row"]: table.place.results(_row(table, row["row"])) for row in table.select()}
+    runs = {row["row"]: table.results(row["row"]) for row in table.select()}
     layers = {(row["length"], row["variant"]): row for row in table.select(group="layers")}
     if "infinite" in runs:
         _levels(lines, folder, runs, "fig-08", {"infinite": "infinite"})
@@ -112,10 +112,6 @@ def report(table, folder):
         columns = ["row", "level-difference", "energy-difference", "residual-energy", "particles", "cpu"]
         lines += ["", *table.markdown(columns, [row for row in table.rows if "impulse" in row["group"]])]
     return lines
-
-
-def _row(table, name):
-    return next(row for row in table.study.rows if row.name == name)
 
 
 def _levels(lines, folder, runs, name, chosen, places=PAPER_PLACES):
