@@ -175,3 +175,85 @@ def collect_leavers(cells, first, last, direction, rows):
             rows[count] = i
             count += 1
     return count
+
+
+@jit
+def tags_begin_with_fluid(tags, starts, cell):
+    """Whether `cell` holds a fluid particle: they come first."""
+    return starts[cell] < starts[cell + 1] and tags[starts[cell]] < FIRST_GHOST
+
+
+@jit
+def strip_offset(strip, strips, stride, shape):
+    """How many cells the middle of neighbouring strip `strip` lies behind the cell itself."""
+    if strips == 1:
+        return 0
+    if strips == 3:
+        return (strip - 1) * stride
+    return (strip // 3 - 1) * stride + (strip % 3 - 1) * shape[-1]
+
+
+@jit
+def candidates(starts, cell, strips, stride, shape):
+    """Number of particles in the strips around `cell`."""
+    count = 0
+    for strip in range(strips):
+        offset = strip_offset(strip, strips, stride, shape)
+        count += starts[cell + offset + 2] - starts[cell + offset - 1]
+    return count
+
+
+@jit
+def fluid_box(rows, tags, begin, end, dim):
+    """Return middle and half extent [m], three numbers each, of the box around the fluid among the rows ``begin:end``."""
+    y, z = min(1, dim - 1), dim - 1
+    cx, cy, cz = rows[begin, 0], rows[begin, y], rows[begin, z]
+    ex, ey, ez = cx, cy, cz
+    for i in range(begin + 1, end):
+        if tags[i] >= FIRST_GHOST:
+            break
+        cx, ex = min(cx, rows[i, 0]), max(ex, rows[i, 0])
+        cy, ey = min(cy, rows[i, y]), max(ey, rows[i, y])
+        cz, ez = min(cz, rows[i, z]), max(ez, rows[i, z])
+    ex, ey, ez = 0.5 * (ex - cx), 0.5 * (ey - cy), 0.5 * (ez - cz)
+    return (cx + ex, cy + ey, cz + ez), (ex, ey, ez)
+
+
+@jit
+def choose_candidates(rows, starts, cell, strips, stride, shape, middle, extent, reach2, chosen, first_own):
+    """Write to `chosen` the rows around `cell` within reach of the box that `middle` and `extent` [m] describe.
+
+    Returns
+    -------
+    tuple of int
+        How many, and the place in `chosen` of the row `first_own`.
+    """
+    dim = len(shape)
+    count, own = 0, 0
+    for strip in range(strips):
+        a = starts[cell + strip_offset(strip, strips, stride, shape) - 1]
+        b = starts[cell + strip_offset(strip, strips, stride, shape) + 2]
+        for j in range(a, b):
+            if j == first_own:
+                own = count
+            beyond = max(abs(rows[j, 0] - middle[0]) - extent[0], 0.0)
+            away = beyond * beyond
+            if dim > 1:
+                beyond = max(abs(rows[j, 1] - middle[1]) - extent[1], 0.0)
+                away += beyond * beyond
+            if dim > 2:
+                beyond = max(abs(rows[j, 2] - middle[2]) - extent[2], 0.0)
+                away += beyond * beyond
+            chosen[count] = j  # the next one overwrites one that is out of reach
+            count += away <= reach2
+    return count, own
+
+
+@jit
+def most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape):
+    """Return the largest number of candidates of any cell with fluid."""
+    most = 0
+    for cell in range(first_cell, last_cell):
+        if tags_begin_with_fluid(tags, starts, cell):
+            most = max(most, candidates(starts, cell, strips, stride, shape))
+    return most

@@ -50,9 +50,11 @@ FIELDS = (
     Field("start_position", 1, "m", "position at the beginning of the step", "private", needed_by="midpoint"),
 )
 
-# A tag is `image << IMAGE_SHIFT | id`: fluid first in every cell, then its images, all in an order of their own.
+# A tag is `image << IMAGE_SHIFT | id`: fluid first in every cell, then its images, then fixed ghosts with numbers of their
+# own, all in an order of their own.
 IMAGE_SHIFT = 48
 FIRST_GHOST = 1 << IMAGE_SHIFT
+FIRST_FIXED = 1 << 60
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,10 @@ class Particles:
         Cell of each particle that is to be sorted.
     first, last : int
         The owned particles (ghosts included) are the rows ``first:last``.
+    gradient : ndarray, shape (capacity, dim), or (0, dim) in scenes without renormalised diffusion
+        Renormalised gradient of the diffusing density [kg/m^4]; halos have it too.
+    drift : ndarray, shape (capacity, dim), or (0, dim) in scenes without smoothing and shifting
+        What particles move with beside their velocity [m/s].
     summed : bool
         Whether `density_rate` holds densities: those of a scene that sums them instead of integrating.
     """
@@ -129,6 +135,7 @@ class Particles:
         self.acceleration = np.zeros((0, layout.dim))
         self.density_rate = np.zeros(0)
         self.drift = np.zeros((0, layout.dim))
+        self.gradient = np.zeros((0, layout.dim))
         self.reserve(capacity)
 
     def reserve(self, capacity):
@@ -138,8 +145,9 @@ class Particles:
         capacity = int(1.15 * capacity) + 64
         for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
-        if len(self.drift):
-            self.drift = _enlarged(self.drift, capacity)
+        for name in ("drift", "gradient"):
+            if len(getattr(self, name)):
+                setattr(self, name, _enlarged(getattr(self, name), capacity))
         self._spare = {name: np.zeros_like(array) for name, array in self._spare_like().items()}
         self.order = np.zeros(capacity, np.int32)
 

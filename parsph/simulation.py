@@ -32,13 +32,20 @@ class Simulation:
     cfl : float
     density_range : tuple of float
         What the density may become, over rho0 [-].
+    gradients : Gradients, optional
+        The pass before the sweep, in scenes with renormalised diffusion.
+    density_filter : DensityFilter, optional
     """
 
-    def __init__(self, domain, sweep, state, integrator, zones, end, dt, cfl, density_range):
+    def __init__(
+        self, domain, sweep, state, integrator, zones, end, dt, cfl, density_range, gradients=None, density_filter=None
+    ):
         self.domain, self.sweep, self.state = domain, sweep, state
         self.integrator, self.zones, self.end = integrator, zones, rounded(end)
         self._weakening = [zone for zone in zones if zone.killing != "none"]
         self.fixed_dt, self.cfl = dt, cfl
+        self.gradients, self.density_filter = gradients, density_filter
+        self._staged = gradients is not None or domain.ghosts is not None
         self.density_range = tuple(factor * state.rho0 for factor in density_range)
         self.communicator = domain.communicator
         self.observers = []
@@ -57,28 +64,50 @@ class Simulation:
     def evaluate(self, time):
         """Set acceleration and density rate of all fluid particles; walls stand where they are at `time` [s]."""
         particles, domain, timers = self.particles, self.domain, self.timers
-        with timers("state"):
-            self._update_pressure()
-        with timers("arrange"):
-            domain.arrange(time)
         columns = domain.slab.columns
-        if self.communicator.size == 1:
+        self._arrange(time)
+        if self._staged:  # something of all neighbours must be known before the sweep
+            self._finish_halo()
+            if self.gradients:
+                with timers("gradients"):
+                    self.gradients(particles, domain.starts, domain.slab)
+                if self.communicator.size > 1:
+                    with timers("halo"):
+                        domain.exchange_gradients()
             with timers("sweep"):
                 self.sweep(particles, domain.starts, domain.slab, 1, columns + 1)
         else:
-            with timers("halo"):
-                domain.start_halo()
+            if self.communicator.size > 1:  # the inner columns are swept while the edges travel
+                with timers("sweep"):
+                    self.sweep(particles, domain.starts, domain.slab, 2, columns)
+            self._finish_halo()
+            edges = {(1, 2), (columns, columns + 1)} if self.communicator.size > 1 else {(1, columns + 1)}
             with timers("sweep"):
-                self.sweep(particles, domain.starts, domain.slab, 2, columns)
-            with timers("halo"):
-                domain.finish_halo()
-            with timers("sweep"):
-                for edge in {1, columns}:
-                    self.sweep(particles, domain.starts, domain.slab, edge, edge + 1)
+                for first, last in edges:
+                    self.sweep(particles, domain.starts, domain.slab, first, last)
         for zone in self._weakening:
             with timers("damping"):
                 zone.restrain(particles, *domain.rows_between(*zone.span))
         self.evaluations += 1
+
+    def _arrange(self, time):
+        """Bring pressures, order and images up to date, and begin to exchange the halos."""
+        with self.timers("state"):
+            self._update_pressure()
+        with self.timers("arrange"):
+            self.domain.arrange(time)
+        if self.communicator.size > 1:
+            with self.timers("halo"):
+                self.domain.start_halo()
+
+    def _finish_halo(self):
+        """Wait for the halos, then give the fixed ghosts their values."""
+        if self.communicator.size > 1:
+            with self.timers("halo"):
+                self.domain.finish_halo()
+        if self.domain.ghosts:
+            with self.timers("ghosts"):
+                self.domain.fill_ghosts()
 
     def _update_pressure(self):
         p = self.particles
@@ -96,13 +125,24 @@ class Simulation:
     # --- one step -------------------------------------------------------------------------------------------------
 
     def step(self, dt):
-        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it."""
+        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, and what polygon walls let nothing through."""
         with self.timers("step passes"):
             self._extremes = self.integrator.step(self.particles, self._evaluate_untimed, self.time, dt)
         for zone in self.zones:
             with self.timers("damping"):
                 zone.damp(self.particles, *self.domain.rows_between(*zone.span), dt)
+        if self.domain.barrier:
+            with self.timers("barrier"):
+                self.domain.stop_at_walls(self.time + dt)
         self.steps, self.last_dt = self.steps + 1, dt
+
+    def _filter_densities(self):
+        """Sum all densities anew; the rates belong to other rows and densities then, so they are worked out again."""
+        self._arrange(self.time)
+        self._finish_halo()
+        with self.timers("density filter"):
+            self.density_filter(self.particles, self.domain.starts, self.domain.slab)
+        self.evaluate(self.time)
 
     def _evaluate_untimed(self, time):
         """`evaluate` inside a timed phase, whose time is not counted twice."""
@@ -149,6 +189,8 @@ class Simulation:
         dt, after = shortened(self.longest_step(), self.time, due)
         self.step(dt)
         self.time = after
+        if self.density_filter and self.steps % self.density_filter.every == 0:
+            self._filter_densities()
         self._observe()
         if self.communicator.size > 1 and self.steps % BALANCE_EVERY == 0:
             with self.timers("balance"):

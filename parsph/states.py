@@ -113,6 +113,16 @@ class State:
         """Return the density [kg/m^3] at `pressure` [Pa], any shape."""
         return density_of.py_func(np.asarray(pressure), self.constants)
 
+    def still_density(self, head):
+        """Return the density [kg/m^3] where water at rest has the potential `head` = g depth [m^2/s^2] above it, any shape.
+
+        The solution of ``dp/d(depth) = rho g`` for this state; above the surface that of the surface.
+        """
+        head = np.maximum(head, 0.0) / self.c0**2
+        if self.name == "linear" or self.gamma == 1.0:
+            return self.rho0 * np.exp(head)
+        return self.rho0 * (1.0 + (self.gamma - 1.0) * head) ** (1.0 / (self.gamma - 1.0))
+
     def energy(self, density):
         """Return the compressible energy per mass [J/kg], the integral of p/rho^2 from rho0 to `density`."""
         ratio = np.asarray(density) / self.rho0

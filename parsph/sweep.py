@@ -12,27 +12,31 @@ from functools import lru_cache
 
 import numpy as np
 
+from .columns import choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
 from .terms.density import SUMMATION, continuity, summation
-from .terms.diffusion import density_diffusion, diffusing_density
+from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density
 from .terms.momentum import pressure_pair
+from .terms.shifting import inside_fluid, shift_factor
+from .terms.spray import spray_rate
+from .terms.tensile import tensile_excess
 from .terms.viscosity import artificial_viscosity
 from .terms.xsph import smoothing_weight
 
 PADDING = 16
-SCRATCH_ROWS = 12
+SCRATCH_ROWS = 15
 FAR = 1.0e4  # support radii; its square is still far from the largest float32
 
 
 @lru_cache
-def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, single, variable_h):
+def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, tensile, shifting, spray, single, variable_h):
     """Return the sweep for these shapes; numbers are run-time arguments.
 
     Parameters
     ----------
-    dim, kernel, viscosity, diffusion, smoothing : int
+    dim, kernel, density_law, viscosity, diffusion, smoothing, tensile, shifting, spray : int
         Number of dimensions and the codes of kernel and terms; 0 leaves a term out.
     single : bool
         Whether pairs are computed in float32 (one particle's sums included); the state stays float64.
@@ -42,22 +46,22 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, si
     real = np.float32 if single else np.float64
     strips = 3 ** (dim - 1)
 
-    def sweep(rows, tags, starts, first_cell, last_cell, grid, numbers, gravity, acceleration, density_rate, drift):
+    crowded = tensile != 0 or shifting != 0
+
+    def sweep(rows, gradients, tags, starts, first_cell, last_cell, grid, numbers, gravity, acceleration, density_rate, drift):
         cell_size, shape = grid
         reach2 = cell_size * cell_size
-        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, h_over_dx, longest_h = numbers
+        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h = numbers
         stride = 1
         for d in range(1, dim):
             stride *= shape[d]
-        most = 0
-        for cell in range(first_cell, last_cell):
-            if tags_begin_with_fluid(tags, starts, cell):
-                most = max(most, candidates(starts, cell, strips, stride, shape))
+        most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
         scratch = np.empty((SCRATCH_ROWS, (most // PADDING + 1) * PADDING), real)
         chosen = np.empty(scratch.shape[1], np.int64)
         xs, ys, zs = scratch[0], scratch[1], scratch[2]
         us, vs, ws = scratch[3], scratch[4], scratch[5]
         ms, Ps, Vs, ss, Vols, hs = scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11]
+        gxs, gys, gzs = scratch[12], scratch[13], scratch[14]
 
         inverse_h = real(1.0 / h)
         slope_norm = norm if variable_h else norm / h ** (dim + 2)
@@ -65,41 +69,16 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, si
         eta2 = real(0.01 * h * h)
         viscous = real(alpha_h_c0)
         diffusive = real(delta_h_c0)
+        c0_over_h = 1.0 / (h * np.sqrt(inverse_c2))
 
         for cell in range(first_cell, last_cell):
             begin, end = starts[cell], starts[cell + 1]
             if not tags_begin_with_fluid(tags, starts, cell):
                 continue
-            # middle and half extent of the box around the fluid of the cell
-            cx, cy, cz = rows[begin, 0], rows[begin, min(1, dim - 1)], rows[begin, dim - 1]
-            ex, ey, ez = cx, cy, cz
-            for i in range(begin + 1, end):
-                if tags[i] >= FIRST_GHOST:
-                    break
-                cx, ex = min(cx, rows[i, 0]), max(ex, rows[i, 0])
-                cy, ey = min(cy, rows[i, min(1, dim - 1)]), max(ey, rows[i, min(1, dim - 1)])
-                cz, ez = min(cz, rows[i, dim - 1]), max(ez, rows[i, dim - 1])
-            ex, ey, ez = 0.5 * (ex - cx), 0.5 * (ey - cy), 0.5 * (ez - cz)
-            cx, cy, cz = cx + ex, cy + ey, cz + ez
-
-            # candidates within reach of that box; the next one overwrites one that is not
-            count, own = 0, 0
-            for strip in range(strips):
-                a = starts[cell + strip_offset(strip, strips, stride, shape) - 1]
-                b = starts[cell + strip_offset(strip, strips, stride, shape) + 2]
-                for j in range(a, b):
-                    if j == begin:
-                        own = count
-                    beyond = max(abs(rows[j, 0] - cx) - ex, 0.0)
-                    away = beyond * beyond
-                    if dim > 1:
-                        beyond = max(abs(rows[j, 1] - cy) - ey, 0.0)
-                        away += beyond * beyond
-                    if dim > 2:
-                        beyond = max(abs(rows[j, 2] - cz) - ez, 0.0)
-                        away += beyond * beyond
-                    chosen[count] = j
-                    count += away <= reach2
+            (cx, cy, cz), extent = fluid_box(rows, tags, begin, end, dim)
+            count, own = choose_candidates(
+                rows, starts, cell, strips, stride, shape, (cx, cy, cz), extent, reach2, chosen, begin
+            )
 
             # what pairs need of them, into the scratch
             for o in range(count):
@@ -127,6 +106,12 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, si
                 if diffusion != 0:
                     ss[o] = diffusing_density(diffusion, density - rho0, rho0 * inverse_c2 * hydrostatic)
                     Vols[o] = mass * inverse
+                if diffusion == ANTUONO:  # halves: a pair takes the mean of two
+                    gxs[o] = 0.5 * gradients[j, 0]
+                    if dim > 1:
+                        gys[o] = 0.5 * gradients[j, 1]
+                    if dim > 2:
+                        gzs[o] = 0.5 * gradients[j, 2]
                 if variable_h:
                     hs[o] = min(max(h_over_dx * mass * inverse, h), longest_h)
             padded = (count + PADDING - 1) // PADDING * PADDING
@@ -142,6 +127,9 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, si
                 Vs[o] = 0.0
                 ss[o] = 0.0
                 Vols[o] = 0.0
+                gxs[o] = 0.0
+                gys[o] = 0.0
+                gzs[o] = 0.0
                 hs[o] = h
 
             # one particle's sums at a time
@@ -152,9 +140,11 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, si
                 x, y, z = xs[o], ys[o], zs[o]
                 u, v, w = us[o], vs[o], ws[o]
                 P, V, s = Ps[o], Vs[o], ss[o]
+                gx, gy, gz = gxs[o], gys[o], gzs[o]
                 fx, fy, fz = real(0.0), real(0.0), real(0.0)
                 rate, diffused = real(0.0), real(0.0)
                 px, py, pz = real(0.0), real(0.0), real(0.0)
+                nx, ny, nz, filled = real(0.0), real(0.0), real(0.0), real(0.0)
                 for j in range(padded):
                     dx = x - xs[j]
                     du = u - us[j]
@@ -195,7 +185,22 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, si
                     if dim > 2:
                         fz -= force * dz
                     if diffusion != 0:
-                        diffused += density_diffusion(diffusive, F * Vols[j], s, ss[j])
+                        s_ab = s - ss[j]
+                        if diffusion == ANTUONO:
+                            s_ab -= (gx + gxs[j]) * dx
+                            if dim > 1:
+                                s_ab -= (gy + gys[j]) * dy
+                            if dim > 2:
+                                s_ab -= (gz + gzs[j]) * dz
+                        diffused += density_diffusion(diffusive, F * Vols[j], s_ab)
+                    if crowded:
+                        nx += mF * dx
+                        if dim > 1:
+                            ny += mF * dy
+                        if dim > 2:
+                            nz += mF * dz
+                    if crowded or spray != 0:
+                        filled -= mF * r2
                     if smoothing != 0:
                         weight = smoothing_weight(ms[j] * W, V, Vs[j])
                         px -= weight * du
@@ -203,46 +208,35 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, si
                             py -= weight * dv
                         if dim > 2:
                             pz -= weight * dw
+                div_r = slope_norm * filled * V
+                if crowded:
+                    inside = inside_fluid(div_r, dim)
+                if tensile != 0:
+                    excess = real(tensile_excess(P, inside))
+                    fx -= excess * nx
+                    fy -= excess * ny
+                    fz -= excess * nz
                 acceleration[i, 0] = slope_norm * fx + gravity[0]
                 if dim > 1:
                     acceleration[i, 1] = slope_norm * fy + gravity[1]
                 if dim > 2:
                     acceleration[i, 2] = slope_norm * fz + gravity[2]
                 density_rate[i] = value_norm * rate if density_law == SUMMATION else slope_norm * (rate + diffused)
-                if smoothing != 0:
-                    drift[i, 0] = epsilon * value_norm * px
+                if spray != 0:
+                    density_rate[i] += spray_rate(div_r, dim, rows[i, 2 * dim] - rho0, c0_over_h)
+                if smoothing != 0 or shifting != 0:
+                    toward = 0.0
+                    if shifting != 0:  # grad C is taken with the density of the particle itself
+                        crowding = slope_norm * V * np.sqrt(nx * nx + ny * ny + nz * nz)
+                        speed = np.sqrt(u * u + v * v + w * w)
+                        toward = slope_norm * V * shift_factor(shift_h, speed, crowding, inside)
+                    drift[i, 0] = epsilon * value_norm * px - toward * nx
                     if dim > 1:
-                        drift[i, 1] = epsilon * value_norm * py
+                        drift[i, 1] = epsilon * value_norm * py - toward * ny
                     if dim > 2:
-                        drift[i, 2] = epsilon * value_norm * pz
+                        drift[i, 2] = epsilon * value_norm * pz - toward * nz
 
     return jit(sweep)
-
-
-@jit
-def tags_begin_with_fluid(tags, starts, cell):
-    """Whether `cell` holds a fluid particle: they come first."""
-    return starts[cell] < starts[cell + 1] and tags[starts[cell]] < FIRST_GHOST
-
-
-@jit
-def strip_offset(strip, strips, stride, shape):
-    """How many cells the middle of neighbouring strip `strip` lies behind the cell itself."""
-    if strips == 1:
-        return 0
-    if strips == 3:
-        return (strip - 1) * stride
-    return (strip // 3 - 1) * stride + (strip % 3 - 1) * shape[-1]
-
-
-@jit
-def candidates(starts, cell, strips, stride, shape):
-    """Number of particles in the strips around `cell`."""
-    count = 0
-    for strip in range(strips):
-        offset = strip_offset(strip, strips, stride, shape)
-        count += starts[cell + offset + 2] - starts[cell + offset - 1]
-    return count
 
 
 @dataclass(frozen=True)
@@ -260,8 +254,8 @@ class Sweep:
         Reference density [kg/m^3] and sound speed [m/s].
     gravity : tuple of float
         [m/s^2]
-    alpha, delta, epsilon : float
-        Strength of viscosity, diffusion and smoothing [-].
+    alpha, delta, epsilon, shift : float
+        Strength of viscosity, diffusion, smoothing and shifting [-].
     single : bool
         Whether pairs are computed in float32.
     h_over_dx, h_growth : float
@@ -278,6 +272,7 @@ class Sweep:
     alpha: float = 0.0
     delta: float = 0.0
     epsilon: float = 0.0
+    shift: float = 0.0
     single: bool = False
     h_over_dx: float = 2.0
     h_growth: float = 1.0
@@ -285,22 +280,33 @@ class Sweep:
     @property
     def compiled(self):
         """The compiled loop."""
-        codes = (self.terms.density.code, self.terms.viscosity.code, self.terms.diffusion.code, self.terms.smoothing.code)
-        return compiled_sweep(self.dim, self.kernel.code, *codes, self.single, self.h_growth > 1)
+        return compiled_sweep(self.dim, self.kernel.code, *self.terms.codes, self.single, self.h_growth > 1)
 
     @property
     def numbers(self):
         """The run-time numbers of the compiled loop."""
         norm = self.kernel.norms[self.dim - 1]
         hc = self.h * self.c0
-        longest = self.h * self.h_growth
-        return self.h, norm, self.rho0, self.c0**-2, self.alpha * hc, self.delta * hc, self.epsilon, self.h_over_dx, longest
+        longest, shift_h = self.h * self.h_growth, self.shift * self.h
+        return (
+            self.h,
+            norm,
+            self.rho0,
+            self.c0**-2,
+            self.alpha * hc,
+            self.delta * hc,
+            self.epsilon,
+            shift_h,
+            self.h_over_dx,
+            longest,
+        )
 
     def __call__(self, particles, starts, slab, first_column, last_column):
         """Set the rates of the fluid in the local columns ``first_column:last_column`` of `slab`."""
         stride, grid = slab.grid.stride, slab.grid
         self.compiled(
             particles.shared,
+            particles.gradient,
             particles.tags,
             starts,
             first_column * stride,

@@ -13,12 +13,14 @@ PACKAGE = Path(parsph.__file__).parent
 ROWS = """
 errors
 jit parallel schedule timing
+linear
 particles
 kernels states waves
 analysis viz
-columns
+columns geometry
 terms damping wavemakers walls
 sweep
+gradients
 domain stepping
 observers
 io
@@ -92,7 +94,7 @@ def test_imports_only_go_down(name):
 
 
 @every_module
-@pytest.mark.parametrize(("library", "door"), [("numba", "jit"), ("mpi4py", "parallel")])
+@pytest.mark.parametrize(("library", "door"), [("numba", "jit"), ("mpi4py", "parallel"), ("shapely", "geometry")])
 def test_each_foreign_library_has_one_door(name, library, door):
     roots = {target.split(".")[0] for target, _ in imports_of(name)}
     assert library not in roots or name == door

@@ -41,10 +41,15 @@ class Domain:
     communicator : Communicator
     cuts : sequence of int
         Column cuts between the ranks.
+    ghosts, barrier : FixedGhosts, Barrier, optional
+        Of polygon walls.
     """
 
-    def __init__(self, grid, particles, walls, reach, box, gravity, state, wetted, communicator, cuts):
+    def __init__(
+        self, grid, particles, walls, reach, box, gravity, state, wetted, communicator, cuts, ghosts=None, barrier=None
+    ):
         self.grid, self.particles, self.walls = grid, particles, walls
+        self.ghosts, self.barrier = ghosts, barrier
         self.reach, self.box, self.gravity, self.state = reach, box, gravity, state
         self.communicator = communicator
         self.exchange = Exchange(communicator, particles)
@@ -61,6 +66,9 @@ class Domain:
         self._counts = np.zeros(self.slab.cells, np.int64)
         self._near = self._cells_near_walls()
         self._between = {}
+        if self.ghosts:
+            self.ghosts.distribute(self.grid, self.cuts, rank)
+            self.barrier.distribute(self.grid, self.slab)
 
     def _cells_near_walls(self):
         slab, grid = self.slab, self.grid
@@ -82,6 +90,8 @@ class Domain:
         if self.communicator.size > 1:
             self._migrate(left)
         self._mirror(time)
+        if self.ghosts:
+            self._stand(time)
         self._sort()
 
     def _assign(self):
@@ -172,6 +182,12 @@ class Domain:
             if bad >= 0:
                 self._lost(bad, f"crossed the {wall.name} wall")
 
+    def _stand(self, time):
+        if self.ghosts.moving:
+            self.ghosts.move(time)
+            self.ghosts.distribute(self.grid, self.cuts, self.communicator.rank)
+        self.ghosts.append(self.particles, self.grid, self.slab)
+
     def _sort(self):
         p, slab, stride = self.particles, self.slab, self.grid.stride
         count_cells(p.cells, p.first, p.last, self._counts)
@@ -194,10 +210,29 @@ class Domain:
 
     def start_halo(self):
         """Begin to exchange the edge columns with the neighbours; see `finish_halo`."""
-        self.exchange.start_halo(self.starts, self.grid.stride)
+        p = self.particles
+        self.exchange.start_halo(self.starts, self.grid.stride, p.shared)
+        if self.ghosts:  # who is who in the halos: fluid to interpolate from, ghosts to give values to
+            self.exchange.start_halo(self.starts, self.grid.stride, p.tags)
 
     def finish_halo(self):
         """Wait until the halos are there."""
+        self.exchange.finish_halo()
+
+    def fill_ghosts(self):
+        """Give the fixed ghosts of the slab and its halos their values; the halos must be there."""
+        ghosts = self.ghosts
+        ghosts.interpolate(self.particles, self.starts, self.grid)
+        self.exchange.swap_values(ghosts.values, ghosts.share.sent, ghosts.share.received)
+        ghosts.give(self.particles, self.starts)
+
+    def stop_at_walls(self, time):
+        """Take the velocity into polygon walls from the fluid that touches them at `time` [s]."""
+        self.barrier.hold(self.particles, self.starts, time)
+
+    def exchange_gradients(self):
+        """Exchange the gradients of the edge columns with the neighbours."""
+        self.exchange.start_halo(self.starts, self.grid.stride, self.particles.gradient)
         self.exchange.finish_halo()
 
     def column_bounds(self):

@@ -1,8 +1,8 @@
-"""What moves between neighbouring slabs: migrants and halos."""
+"""What moves between slabs: migrants and halos, and values of fixed ghosts."""
 
 import numpy as np
 
-COUNTS, HALO, MIGRANTS = 1, 2, 3
+COUNTS, HALO, MIGRANTS, VALUES = 1, 2, 3, 4
 
 
 class Exchange:
@@ -81,9 +81,8 @@ class Exchange:
             self.communicator.mpi.Request.Waitall(requests)
         return before, after
 
-    def start_halo(self, starts, stride):
-        """Post the exchange of the edge columns; `starts` are the local cell starts, halo columns included."""
-        rows = self.particles.shared
+    def start_halo(self, starts, stride, rows):
+        """Post the exchange of the edge columns of an array; `starts` are the local cell starts, halo columns included."""
         comm = getattr(self.communicator, "comm", None)
         if self.left is not None:
             self._requests.append(comm.Irecv(rows[: starts[stride]], self.left, HALO))
@@ -98,3 +97,24 @@ class Exchange:
         if self._requests:
             self.communicator.mpi.Request.Waitall(self._requests)
             self._requests = []
+
+    def swap_values(self, values, sent, received):
+        """Send the rows of a table that all ranks have to those that need them, and fill in those of others.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, k)
+        sent, received : dict of int to ndarray of int
+            Rows by rank; what one sends is what the other receives.
+        """
+        requests, parcels = [], []
+        for rank, rows in received.items():
+            parcels.append((rows, np.empty((len(rows), values.shape[1]))))
+            requests.append(self.communicator.comm.Irecv(parcels[-1][1], rank, VALUES))
+        outgoing = [values[rows] for rows in sent.values()]
+        for rank, parcel in zip(sent, outgoing, strict=True):
+            requests.append(self._send(parcel, rank, VALUES))
+        if requests:
+            self.communicator.mpi.Request.Waitall(requests)
+        for rows, parcel in parcels:
+            values[rows] = parcel

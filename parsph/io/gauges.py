@@ -9,6 +9,7 @@ import numpy as np
 from ..jit import jit
 from ..kernels import kernel_value
 from ..observers import Observer
+from ..particles import FIRST_GHOST
 from .tables import Table
 
 
@@ -59,23 +60,43 @@ class Gauge(Observer):
         raise NotImplementedError
 
 
-def particles_near(simulation, x):
-    """Return what is within the kernel's reach of the plane at `x` [m], on rank 0; nothing elsewhere.
+def gathered(simulation, low, high, wanted=None):
+    """Return the fluid between two x [m] that is `wanted`, on rank 0; nothing elsewhere.
+
+    Parameters
+    ----------
+    low, high : float
+        [m]
+    wanted : callable, optional
+        Gets positions, shape (n, dim), and returns which of them, shape (n,).
 
     Returns
     -------
     tuple of ndarray
         Position [m], shape (n, dim), mass [kg] and density [kg/m^3], in the order of (cell, id).
     """
-    sweep, p = simulation.sweep, simulation.particles
-    reach = sweep.kernel.support * sweep.h * sweep.h_growth
-    first, last = simulation.domain.rows_between(x - reach, x + reach)
-    rows = p.fluid
-    rows = rows[np.searchsorted(rows, first) : np.searchsorted(rows, last)]
-    rows = rows[np.abs(p.field("position", rows)[:, 0] - x) < reach]
-    columns = *p.field("position", rows).T, p.field("mass", rows), p.field("density", rows)
-    table = simulation.communicator.stack(np.stack(columns, axis=1))
-    return table[:, : sweep.dim], table[:, sweep.dim], table[:, sweep.dim + 1]
+    p, dim = simulation.particles, simulation.sweep.dim
+    first, last = simulation.domain.rows_between(low, high)
+    rows = first + np.flatnonzero(p.tags[first:last] < FIRST_GHOST)
+    position = p.field("position", rows)
+    chosen = (position[:, 0] > low) & (position[:, 0] < high)
+    if wanted is not None:
+        chosen &= wanted(position)
+    rows = rows[chosen]
+    table = np.stack([*position[chosen].T, p.field("mass", rows), p.field("density", rows)], axis=1)
+    table = simulation.communicator.stack(table)
+    return table[:, :dim], table[:, dim], table[:, dim + 1]
+
+
+def particles_near(simulation, x):
+    """Return what is within the kernel's reach of the plane at `x` [m], on rank 0, as `gathered`."""
+    reach = _reach(simulation)
+    return gathered(simulation, x - reach, x + reach)
+
+
+def _reach(simulation):
+    sweep = simulation.sweep
+    return sweep.kernel.support * sweep.h * sweep.h_growth
 
 
 class LevelGauge(Gauge):
@@ -185,31 +206,125 @@ class DepthGauge(Gauge):
         return (np.interp(self.place[0], position[order, 0], density[order]),)
 
 
-class PressureGauge(Gauge):
-    """Pressure at a point of the fluid or of a wall.
+def pressures_at(simulation, points):
+    """Return the pressure at points of the fluid or of walls [Pa], shape (n,), on rank 0; collective.
 
     ``sum_b (p_b + rho0 g . (x - x_b)) V_b W / sum_b V_b W``: normalised, with the hydrostatic difference between particle and
-    point compensated, so that it is exact for water at rest, one-sided at walls included. 0 where no fluid is near.
+    point compensated, so that it is exact for water at rest, one-sided at walls included. 0 where no fluid is near, and
+    where little is near and the pressure would be negative: above a waterline.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, dim)
+        [m]
+    """
+    sweep, reach, dim = simulation.sweep, _reach(simulation), points.shape[1]
+    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+    size = np.floor((high - low) / reach).astype(int) + 3
+    near = np.zeros(size, bool)
+    index = np.floor((points - low) / reach).astype(int) + 1
+    for shift in np.ndindex((3,) * dim):
+        near[tuple((index + np.array(shift) - 1).T)] = True
+
+    def wanted(position):
+        cells = np.floor((position - low) / reach).astype(int) + 1
+        inside = ((cells >= 0) & (cells < size)).all(axis=1)
+        return inside & near[tuple(np.where(inside[:, None], cells, 0).T)]
+
+    position, mass, density = gathered(simulation, low[0], high[0], wanted)
+    if simulation.communicator.rank:
+        return np.zeros(0)
+    order = np.argsort(position[:, 0], kind="stable")
+    position, volume, density = position[order], (mass / density)[order], density[order]
+    pressure = simulation.state.pressure(density)
+    first = np.searchsorted(position[:, 0], points[:, 0] - reach)
+    last = np.searchsorted(position[:, 0], points[:, 0] + reach)
+    scale = sweep.kernel.norms[dim - 1] / sweep.h**dim
+    weight = sweep.rho0 * np.array(sweep.gravity)
+    return _pressures(points, first, last, position, volume * scale, pressure, weight, sweep.h, reach, sweep.kernel.code)
+
+
+COVERED = 0.25  # share of the kernel that fluid fills at a waterline on a wall
+
+
+@jit
+def _pressures(points, first, last, position, weights, pressure, weight, h, reach, kernel):
+    found = np.zeros(len(points))
+    for k in range(len(points)):
+        whole, total = 0.0, 0.0
+        for j in range(first[k], last[k]):
+            r2, head = 0.0, 0.0
+            for d in range(points.shape[1]):
+                apart = points[k, d] - position[j, d]
+                r2 += apart * apart
+                head += weight[d] * apart
+            if r2 < reach * reach:
+                VW = weights[j] * kernel_value(kernel, np.sqrt(r2) / h)
+                whole += VW
+                total += VW * (pressure[j] + head)
+        if whole > 0.0:
+            found[k] = total / whole
+            if whole < COVERED:
+                found[k] = max(found[k], 0.0)
+    return found
+
+
+class PressureGauge(Gauge):
+    """Pressure at a point of the fluid or of a wall, or its mean over several: see `pressures_at`.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, dim)
+        [m]
     """
 
     columns = ("pressure [Pa]",)
 
-    def __init__(self, name, every, place, folder=None):
+    def __init__(self, name, every, points, folder=None):
         super().__init__(name, every, folder)
-        self.place = np.asarray(place, float)
+        self.points = np.asarray(points, float)
 
     def measure(self, simulation):
-        position, mass, density = particles_near(simulation, self.place[0])
+        pressures = pressures_at(simulation, self.points)
+        return (
+            ()
+            if simulation.communicator.rank
+            else (column_sums(pressures[:, None], np.array([0, len(pressures)]))[0, 0] / len(pressures),)
+        )
+
+
+class ForceGauge(Gauge):
+    """Force and moment of the fluid's pressure on a wall, per metre of width: ``F = -sum p n dl`` over its pieces.
+
+    Parameters
+    ----------
+    points, normals, lengths : ndarray, shapes (n, 2), (n, 2), (n,)
+        Pieces of the wall: midpoints [m], normals into the fluid, lengths [m].
+    motion : Swing or None
+        What moves them.
+    about : tuple of float
+        What the moment is taken about [m]; counter-clockwise is positive.
+    """
+
+    columns = ("force x [N/m]", "force up [N/m]", "moment [N]")
+
+    def __init__(self, name, every, points, normals, lengths, motion, about, folder=None):
+        super().__init__(name, every, folder)
+        self.points, self.normals, self.lengths = points, normals, lengths
+        self.motion, self.about = motion, np.asarray(about, float)
+
+    def measure(self, simulation):
+        points, normals = self.points, self.normals
+        if self.motion is not None:
+            now = self.motion.at(simulation.time)
+            points, normals = now.place(points), now.turn(normals)
+        pressures = pressures_at(simulation, points)
         if simulation.communicator.rank:
             return ()
-        sweep = simulation.sweep
-        apart = self.place - position
-        weights = mass / density * sweep.kernel.value(np.sqrt((apart**2).sum(axis=1)), sweep.h, sweep.dim)
-        total = weights.sum()
-        if total <= 0:
-            return (0.0,)
-        pressure = simulation.state.pressure(density) + sweep.rho0 * apart @ np.array(sweep.gravity)
-        return ((weights * pressure).sum() / total,)
+        push = -(pressures * self.lengths)[:, None] * normals
+        arm = points - self.about
+        parts = np.column_stack([push, arm[:, 0] * push[:, 1] - arm[:, 1] * push[:, 0]])
+        return tuple(column_sums(parts, np.array([0, len(parts)]))[0])
 
 
 class EnergyGauge(Gauge):

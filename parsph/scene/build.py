@@ -9,7 +9,8 @@ from ..columns import Grid
 from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
 from ..domain.domain import end_columns
-from ..io.gauges import DepthGauge, EnergyGauge, LevelGauge, PressureGauge
+from ..gradients import DensityFilter, Gradients
+from ..io.gauges import DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge
 from ..io.snapshots import SnapshotWriter
 from ..io.tables import table_name
 from ..particles import Layout, Particles
@@ -17,12 +18,12 @@ from ..simulation import Simulation
 from ..states import State
 from ..stepping import INTEGRATORS
 from ..sweep import Sweep
-from ..terms import DENSITIES, DIFFUSIONS, NONE, VISCOSITIES, XSPH, Terms
+from ..terms import DENSITIES, DIFFUSIONS, FILTERS, NONE, SHIFTINGS, SPRAYS, TENSILE_CONTROLS, VISCOSITIES, XSPH, Terms
 from ..walls import MirrorWall
 from ..wavemakers import Palette
 from ..waves import Seiche, phase_speed, pulse
-from .lattice import Lattice
 from .load import scene_text
+from .solids import boundaries_of, fillings_of, ghosts_of
 
 # Side walls come first, so that the bed mirrors their images too: corners come of themselves.
 _SIDES = (("left", 0, 1), ("right", 0, -1), ("front", 1, 1), ("back", 1, -1), ("bottom", -1, 1), ("top", -1, -1))
@@ -50,15 +51,19 @@ def build(scene, communicator=None, folder=None):
     walls = walls_of(scene)
     grid, box = grid_of(scene)
     reach = scene.reach
-    lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
-    cuts = cuts_of(scene, communicator.size)
+    fillings = fillings_of(scene)
+    cuts = _cuts(scene, fillings, communicator.size)
     particles = Particles(Layout(scene.dim, scene.numerics.integrator))
-    _fill(particles, scene, state, grid, lattices, cuts[communicator.rank], cuts[communicator.rank + 1])
+    _fill(particles, scene, state, grid, fillings, cuts[communicator.rank], cuts[communicator.rank + 1])
     n, terms = scene.numerics, terms_of(scene)
     particles.summed = n.density == "summation"
-    if terms.smoothing is not NONE:
+    if terms.drifts:
         particles.drift = np.zeros((len(particles.tags), scene.dim))
-    domain = Domain(grid, particles, walls, reach, box, scene.gravity, state, scene.domain.size[-1], communicator, cuts)
+    if n.diffusion == "antuono":
+        particles.gradient = np.zeros((len(particles.tags), scene.dim))
+    wetted = scene.domain.size[-1]
+    polygon_walls = ghosts_of(scene, state)
+    domain = Domain(grid, particles, walls, reach, box, scene.gravity, state, wetted, communicator, cuts, *polygon_walls)
     sweep = Sweep(
         scene.kernel,
         terms,
@@ -70,6 +75,7 @@ def build(scene, communicator=None, folder=None):
         n.alpha,
         n.delta,
         n.xsph,
+        n.shift,
         n.precision == "float32",
         n.h_over_dx,
         n.h_growth,
@@ -84,6 +90,8 @@ def build(scene, communicator=None, folder=None):
         scene.time.dt,
         scene.cfl,
         scene.density_range,
+        Gradients(sweep) if n.diffusion == "antuono" else None,
+        DensityFilter(sweep, FILTERS[n.reinitialise], n.reinitialise_every) if n.reinitialise != "none" else None,
     )
     simulation.observers += gauges_of(scene, folder)
     if folder is not None and scene.snapshot_interval:
@@ -101,11 +109,14 @@ def cuts_of(scene, ranks):
     SceneError
         When there are too many ranks for the columns.
     """
+    return _cuts(scene, fillings_of(scene), ranks)
+
+
+def _cuts(scene, fillings, ranks):
     grid, _ = grid_of(scene)
-    reach = scene.reach
-    bands = [wall.band(reach, scene.domain.size[-1]) for wall in walls_of(scene)]
-    lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
-    return balanced_cuts(_line_counts(grid, lattices), ranks, *end_columns(grid, bands))
+    bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene)]
+    counts = sum(filling.column_counts(grid) for filling in fillings)
+    return balanced_cuts(counts, ranks, *end_columns(grid, bands))
 
 
 def state_of(scene):
@@ -116,7 +127,15 @@ def state_of(scene):
 def terms_of(scene):
     """Return the terms that the scene names."""
     n = scene.numerics
-    return Terms(DENSITIES[n.density], VISCOSITIES[n.viscosity], DIFFUSIONS[n.diffusion], XSPH if n.xsph else NONE)
+    return Terms(
+        DENSITIES[n.density],
+        VISCOSITIES[n.viscosity],
+        DIFFUSIONS[n.diffusion],
+        XSPH if n.xsph else NONE,
+        TENSILE_CONTROLS[n.tensile_control],
+        SHIFTINGS[n.shifting],
+        SPRAYS[n.spray],
+    )
 
 
 def walls_of(scene):
@@ -144,12 +163,16 @@ def palette_of(scene):
 
 
 def grid_of(scene):
-    """Return the grid and the box, (low, high) [m], that no particle may leave."""
+    """Return the grid and the box, (low, high) [m], that no particle may leave.
+
+    Ghost walls stop the fluid by pressure: a particle that hits one hard may be a little beyond it before it comes back.
+    """
     palette = palette_of(scene)
-    low = [0.0] * scene.dim
+    margin = scene.numerics.dx if scene.walls.polygons else 0.0
+    low = [-margin] * scene.dim
     if palette:
         low[0] -= palette.reach(scene.domain.size[-1])
-    box = tuple(low), tuple(map(float, scene.domain.size))
+    box = tuple(low), tuple(extent + margin for extent in map(float, scene.domain.size))
     return Grid.around(*box, scene.reach), box
 
 
@@ -169,10 +192,39 @@ def gauges_of(scene, folder):
             place = (gauge.x,) if gauge.y is None else (gauge.x, gauge.y)
             gauges.append(LevelGauge(*head, place, (low, high), folder))
         elif gauge.kind == "pressure":
-            gauges.append(PressureGauge(*head, gauge.point, folder))
+            gauges.append(PressureGauge(*head, _along(gauge, 0.5 * scene.numerics.dx), folder))
+        elif gauge.kind == "force":
+            gauges.append(ForceGauge(*head, *_surface(scene, gauge.wall), gauge.about, folder))
         else:
             gauges.append(EnergyGauge(*head, gauge.low or open_low, gauge.high or open_high, folder))
     return gauges
+
+
+def _along(gauge, spacing):
+    """Return the points [m] at which a pressure gauge reads, shape (n, dim), at most `spacing` [m] apart."""
+    if gauge.extent is None:
+        return np.array([gauge.point], float)
+    extent = np.array(gauge.extent, float)
+    count = max(1, math.ceil(np.linalg.norm(extent) / spacing))
+    return np.array(gauge.point) + ((np.arange(count) + 0.5) / count - 0.5)[:, None] * extent
+
+
+def _surface(scene, name):
+    """Return the surface of a wall in pieces: midpoints [m], normals into the fluid, lengths [m]; and what moves it or None."""
+    if name in scene.wall_names:
+        number = scene.wall_names.index(name)
+        for boundary, motion in boundaries_of(scene):
+            if number in boundary.outlines:
+                return *boundary.elements(number), motion
+    size = scene.domain.size
+    axis, direction = next((axis % 2, direction) for side, axis, direction in _SIDES if side == name)
+    across = 1 - axis
+    count = max(1, round(size[across] / scene.numerics.dx))
+    points, normals = np.zeros((count, 2)), np.zeros((count, 2))
+    points[:, across] = (np.arange(count) + 0.5) * size[across] / count
+    points[:, axis] = 0.0 if direction > 0 else size[axis]
+    normals[:, axis] = direction
+    return points, normals, np.full(count, size[across] / count), None
 
 
 def _zone(scene, zone):
@@ -209,19 +261,11 @@ def _density_factor(scene, zone):
     return (scene.c0 / speed) ** 2
 
 
-def _line_counts(grid, lattices):
-    """Return the number of particles that each column begins with."""
-    counts = np.zeros(grid.columns)
-    for lattice in lattices:
-        np.add.at(counts, grid.column_of(lattice.x()), lattice.per_line)
-    return counts
-
-
 def _lattice_sum(scene, lattice):
     """Return the sum of W V over a line of particles, by which summed densities would be wrong; 1 where they are not summed."""
     if scene.numerics.density != "summation":
         return 1.0
-    step = lattice.step[0]
+    step = lattice.step[0]  # summed densities are for 1D, where blocks are lattices
     reach = math.ceil(scene.kernel.support * scene.h / step)
     return float(step * scene.kernel.value(step * np.abs(np.arange(-reach, reach + 1)), scene.h, 1).sum())
 
@@ -239,22 +283,20 @@ def _initial(scene, state, block, position):
         length, depth = np.subtract(block.high, block.low)
         seiche = Seiche(length, depth, block.amplitude, scene.domain.gravity)
         velocity = seiche.velocity(position - np.array(block.low))
-    still = scene.rho0 * abs(scene.gravity[-1]) * (scene.level - position[:, -1])
-    return state.density(np.maximum(still, 0.0)), velocity
+    return state.still_density(abs(scene.gravity[-1]) * (scene.level - position[:, -1])), velocity
 
 
-def _fill(particles, scene, state, grid, lattices, first_column, last_column):
+def _fill(particles, scene, state, grid, fillings, first_column, last_column):
     """Add the particles of the columns ``first_column:last_column``."""
     number = 0
-    for block, lattice in zip(scene.fluid.blocks, lattices, strict=True):
-        columns = grid.column_of(lattice.x())
-        ids, position = lattice.lines((columns >= first_column) & (columns < last_column))
+    for block, filling in zip(scene.fluid.blocks, fillings, strict=True):
+        ids, position = filling.between(grid, first_column, last_column)
         density, velocity = _initial(scene, state, block, position)
         particles.add(
             number + ids,
             position=position,
             velocity=velocity,
             density=density,
-            mass=density * math.prod(lattice.step) / _lattice_sum(scene, lattice),
+            mass=density * filling.volume / _lattice_sum(scene, filling),
         )
-        number += lattice.count
+        number += filling.count

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from ..errors import SceneError
+from ..errors import SceneError, did_you_mean
 from ..io.tables import table_name
 from ..stepping import INTEGRATORS, time_step_limit
-from .lattice import Lattice
+from .solids import fillings_of, wall_faults
 
 _ONLY_SHALLOW = 'numerics.state = "shallow", or leave it out'
 SIDES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
@@ -16,6 +16,7 @@ SIDES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
     faults = _shapes(scene) or _shallow(scene)
+    faults = faults or wall_faults(scene)
     return faults or [*_numerics(scene), *_geometry(scene), *_wavemaker(scene), *_damping(scene), *_gauges(scene)]
 
 
@@ -35,7 +36,7 @@ def _shapes(scene):
         faults += _vector(f"fluid.blocks.{number}.low", block.low, scene.dim)
         faults += _vector(f"fluid.blocks.{number}.high", block.high, scene.dim)
     for number, gauge in enumerate(scene.gauges):
-        for key in ("point", "low", "high"):
+        for key in ("point", "extent", "low", "high"):
             faults += _vector(f"gauges.{number}.{key}", getattr(gauge, key, None), scene.dim)
         if gauge.kind == "level" and ((scene.dim == 1 and not scene.shallow) or (gauge.y is None) != (scene.dim < 3)):
             cure = "give x and y in 3D, x alone in 2D; in 1D shallow water alone has a level"
@@ -139,23 +140,24 @@ def _numerics(scene):
 
 def _geometry(scene):
     faults, size = [], np.array(scene.domain.size)
-    lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
-    for number, (block, lattice) in enumerate(zip(scene.fluid.blocks, lattices, strict=True)):
+    for number, (block, filling) in enumerate(zip(scene.fluid.blocks, fillings_of(scene), strict=True)):
         where = f"fluid.blocks.{number}"
         low, high = np.array(block.low), np.array(block.high)
         if (low < 0).any() or (high > size * (1 + 1e-12)).any():
             cure = f"within 0 and {scene.domain.size} m, or enlarge domain.size"
             faults.append(SceneError("lies outside the domain", where=where, cure=cure))
-        if lattice.count == 0:
+        if filling.count == 0:
             cure = f"high - low of at least dx = {scene.numerics.dx} m in every direction"
             faults.append(SceneError("holds no particles", where=where, cure=cure))
-        elif lattice.count > 2**31 - 2:
+        elif filling.count > 2**31 - 2:
             cure = f"a larger numerics.dx than {scene.numerics.dx} m, or a smaller block"
-            faults.append(SceneError(f"holds {lattice.count:.3g} particles, more than 2e9", where=where, cure=cure))
+            faults.append(SceneError(f"holds {filling.count:.3g} particles, more than 2e9", where=where, cure=cure))
         if block.initial == "seiche" and (scene.dim != 2 or scene.domain.gravity == 0):
             faults.append(SceneError("a seiche needs 2D and gravity", where=f"{where}.initial", cure='"still"'))
         for other in range(number):
             b = scene.fluid.blocks[other]
+            if block.points or b.points:
+                continue
             if (np.maximum(low, b.low) < np.minimum(high, b.high) - 0.5 * scene.numerics.dx).all():
                 faults.append(SceneError(f"overlaps block {other}", where=where, cure="blocks may touch, not overlap"))
     cells = float(np.prod([s / (scene.reach) + 4 for s in scene.domain.size]))
@@ -237,6 +239,9 @@ def _gauges(scene):
                 SceneError(f"{name!r} is taken or no file name", where=f"{where}.name", cure="a plain name of its own")
             )
         names.add(name)
+        if gauge.kind == "force":
+            faults += _force(scene, gauge, where)
+            continue
         if gauge.kind == "energy":
             if gauge.low and gauge.high and not all(a < b for a, b in zip(gauge.low, gauge.high, strict=True)):
                 faults.append(SceneError("the region is empty", where=where, cure="low < high in every direction"))
@@ -246,3 +251,16 @@ def _gauges(scene):
             if not 0 <= x <= extent:
                 faults.append(SceneError(f"{x:g} m lies outside the domain", where=where, cure=f"0 to {extent:g} m"))
     return faults
+
+
+def _force(scene, gauge, where):
+    """What is wrong with a force gauge."""
+    if scene.dim != 2:
+        return [SceneError("is for 2D", where=f"{where}.kind", cure="another gauge")]
+    sides = [side for side in SIDES if getattr(scene.walls, side) is not None]
+    names = scene.wall_names + [side for side in sides if not (side == "left" and scene.wavemaker)]
+    if gauge.wall in names:
+        return []
+    why = "the wavemaker's plate is none that it can read" if gauge.wall == "left" and scene.wavemaker else ""
+    cure = f"{did_you_mean(gauge.wall, names)}one of: {', '.join(names) or 'none in this scene'}"
+    return [SceneError(f"no wall {gauge.wall!r}", where=f"{where}.wall", why=why, cure=cure)]

@@ -1,6 +1,8 @@
-"""Square lattices of particles in a block."""
+"""Square lattices of particles in blocks of fluid."""
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,19 +39,86 @@ class Lattice:
         return int(np.prod([float(n) for n in self.shape]))
 
     @property
-    def per_line(self):
-        """Number of particles that share an x."""
+    def volume(self):
+        """What each particle fills [m^dim]."""
+        return math.prod(self.step)
+
+    @property
+    def _per_line(self):
         return self.count // self.shape[0] if self.shape[0] else 0
 
-    def x(self):
-        """Return the x of each line [m], shape (shape[0],)."""
+    def _x(self):
+        """Return the x of each line of particles [m], shape (shape[0],)."""
         return self.low[0] + self.step[0] * (np.arange(self.shape[0]) + 0.5)
+
+    def column_counts(self, grid):
+        """Return the number of particles in each column of a grid."""
+        counts = np.zeros(grid.columns)
+        np.add.at(counts, grid.column_of(self._x()), self._per_line)
+        return counts
+
+    def between(self, grid, first, last):
+        """Return (numbers, positions [m]) of the particles in the columns ``first:last`` of a grid."""
+        columns = grid.column_of(self._x())
+        return self.lines((columns >= first) & (columns < last))
 
     def lines(self, chosen):
         """Return (numbers, positions [m]) of the particles of the lines where `chosen` is true."""
-        axes = [self.x()[chosen]]
+        axes = [self._x()[chosen]]
         for low, step, n in zip(self.low[1:], self.step[1:], self.shape[1:], strict=True):
             axes.append(low + step * (np.arange(n) + 0.5))
         position = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
-        first = np.flatnonzero(chosen) * self.per_line
-        return (first[:, None] + np.arange(self.per_line)).ravel(), position
+        first = np.flatnonzero(chosen) * self._per_line
+        return (first[:, None] + np.arange(self._per_line)).ravel(), position
+
+
+@dataclass(frozen=True)
+class Filling:
+    """The part of a lattice that lies in a block of any shape, half a spacing away from walls.
+
+    A particle that would stand nearer to a wall is moved away from it. Together they fill the area of the block.
+
+    Attributes
+    ----------
+    lattice : Lattice
+        That of the block's bounding box.
+    area : shapely geometry
+        The block without what is solid [m].
+    boundaries : tuple of Boundary
+        The walls (`parsph.geometry`).
+    """
+
+    lattice: Lattice
+    area: object
+    boundaries: tuple
+
+    @cached_property
+    def position(self):
+        """Positions of all particles [m], shape (n, 2)."""
+        from ..geometry import contains  # slow to import, and few scenes need it
+
+        _, position = self.lattice.lines(np.ones(self.lattice.shape[0], bool))
+        position = position[contains(self.area, position)]
+        for boundary in self.boundaries:
+            position = boundary.pushed_off(position, 0.5 * min(self.lattice.step))
+        return position
+
+    @property
+    def count(self):
+        """Number of particles."""
+        return len(self.position)
+
+    @property
+    def volume(self):
+        """What each particle fills [m^2]."""
+        return self.area.area / self.count
+
+    def column_counts(self, grid):
+        """Return the number of particles in each column of a grid."""
+        return np.bincount(grid.column_of(self.position[:, 0]), minlength=grid.columns).astype(float)
+
+    def between(self, grid, first, last):
+        """Return (numbers, positions [m]) of the particles in the columns ``first:last`` of a grid."""
+        columns = grid.column_of(self.position[:, 0])
+        chosen = np.flatnonzero((columns >= first) & (columns < last))
+        return chosen, self.position[chosen]

@@ -9,7 +9,7 @@ from ..progress import console, duration, size_text
 from ..states import EQUATIONS
 from ..stepping import INTEGRATORS, time_step_limit
 from .build import palette_of, state_of, terms_of, walls_of
-from .lattice import Lattice
+from .solids import fillings_of
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
@@ -20,7 +20,7 @@ BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
 def costs(scene):
     """Return {quantity: number}: particles, bytes, steps, evaluations, core seconds, disk bytes of a scene."""
     layout = Layout(scene.dim, scene.numerics.integrator)
-    particles = sum(Lattice.of(block, scene.numerics.dx).count for block in scene.fluid.blocks)
+    particles = sum(filling.count for filling in fillings_of(scene))
     step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl)
     steps = math.ceil(scene.time.end / step)
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations

@@ -5,15 +5,17 @@ Units are SI. The last axis points up. An unknown key is an error.
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ..damping import KILLINGS, PROFILES, SWITCHES
 from ..kernels import KERNELS
 from ..states import STATES
 from ..stepping import INTEGRATORS
-from ..terms import DENSITIES, DIFFUSIONS, VISCOSITIES
+from ..terms import DENSITIES, DIFFUSIONS, FILTERS, SHIFTINGS, SPRAYS, TENSILE_CONTROLS, VISCOSITIES
+from ..walls import INTERPOLATORS
 from ..walls.mirror import LAWS, SLIPS
 
+Point = Annotated[list[float], Field(min_length=2, max_length=2)]
 Vector = Annotated[list[float], Field(min_length=1, max_length=3)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -33,10 +35,13 @@ class DomainSection(Section):
 
 
 class Block(Section):
-    """A rectangular block of fluid, filled with a square lattice."""
+    """A block of fluid, filled with a square lattice: a rectangle, or a polygon (2D). Obstacles in it stay dry."""
 
     low: Vector = Field(description="lower corner [m]")
     high: Vector = Field(description="upper corner [m]")
+    points: Annotated[list[Point], Field(min_length=3)] | None = Field(
+        None, description="vertices [m] of a polygon, in place of low and high (2D)"
+    )
     initial: Literal["still", "seiche", "pulse"] = Field(
         "still",
         description="still: at rest; seiche: velocities of the first standing wave of the block (2D); "
@@ -47,11 +52,24 @@ class Block(Section):
     center: float | None = Field(None, description="where the pulse begins [m]")
     width: Positive | None = Field(None, description="A [m] of the pulse exp(-(x - center)^2/A^2)")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _corners(cls, keys):
+        """A polygon's low and high are those of its vertices."""
+        points = keys.get("points") if isinstance(keys, dict) else None
+        try:
+            corners = {"low": [min(x) for x in zip(*points, strict=True)], "high": [max(x) for x in zip(*points, strict=True)]}
+        except TypeError:  # no polygon, or none that could be one
+            return keys
+        return {**corners, **keys}
+
 
 class FluidSection(Section):
-    """The fluid at the beginning; pressure is hydrostatic, density follows from the inverse state equation."""
+    """The fluid at the beginning; it is compressed by its own weight, pressure follows from the state equation."""
 
-    rho0: Positive = Field(1000.0, description="reference density [kg/m^3]; shallow water needs none")
+    rho0: Positive = Field(
+        1000.0, description="density [kg/m^3], on average over the depth of still water; shallow water needs none"
+    )
     level: float | None = Field(
         None, description="still-water level [m]; default: top of the highest block, in shallow water the largest depth"
     )
@@ -65,8 +83,36 @@ class Wall(Section):
     slip: Literal[*SLIPS] = Field("free", description="free slip or no slip")
 
 
+class Swing(Section):
+    """A rigid motion to and fro, ramp(t) sin(2 pi t / period) times its amplitudes."""
+
+    way: Point = Field([0.0, 0.0], description="amplitude of the way [m]")
+    angle: Annotated[float, Field(ge=-45, le=45)] = Field(
+        0.0, description="amplitude of the angle, counter-clockwise [degrees]"
+    )
+    center: Point | None = Field(None, description="what it turns about, at rest [m]; default: its first point")
+    period: Positive = Field(description="period [s]")
+    ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
+
+
+class PolygonWall(Section):
+    """A wall along a line of any shape, of fixed ghost particles (2D)."""
+
+    name: str | None = Field(None, description="what gauges and messages call it; default: wall and number")
+    points: Annotated[list[Point], Field(min_length=2)] = Field(description="vertices [m]")
+    fluid: Literal["left", "right", "inside", "outside"] = Field(
+        "left",
+        description="where the fluid is: left or right of an open line, walking from point to point, inside a closed polygon "
+        "(a basin) or outside it (an obstacle)",
+    )
+    slip: Literal[*SLIPS] = Field("free", description="free slip or no slip")
+    motion: Swing | None = Field(None, description="how it moves; default: it stands still")
+
+
 class WallsSection(Section):
-    """Walls at the sides of the domain; a side without one is open (the fluid must not leave the domain there)."""
+    """Walls: mirrors at the sides of the domain, and lines of any shape; a side without one is open (the fluid must not
+    leave the domain there).
+    """
 
     left: Wall | None = Field(None, description="wall at x = 0, or the wavemaker's plate")
     right: Wall | None = Field(None, description="wall at the largest x")
@@ -74,6 +120,10 @@ class WallsSection(Section):
     back: Wall | None = Field(None, description="wall at the largest y (3D)")
     bottom: Wall | None = Field(None, description="bed")
     top: Wall | None = Field(None, description="lid")
+    polygons: list[PolygonWall] = Field([], description="walls of any shape, of fixed ghost particles (2D)")
+    interpolation: Literal[*INTERPOLATORS] = Field(
+        "hydrostatic", description="how fixed ghosts get pressure and velocity of the fluid at their mirror points"
+    )
 
 
 class Wavemaker(Section):
@@ -122,11 +172,12 @@ class LevelGauge(Section):
 
 
 class PressureGauge(Section):
-    """Pressure at a point."""
+    """Pressure at a point of the fluid or of a wall, or averaged over the extent of a transducer."""
 
     kind: Literal["pressure"]
     name: str | None = Field(None, description="name of the table; default: kind and number")
-    point: Vector = Field(description="position [m]")
+    point: Vector = Field(description="position [m]; the middle, where there is an extent")
+    extent: Vector | None = Field(None, description="from end to end of the line that is averaged over [m]; default: a point")
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
@@ -140,7 +191,17 @@ class EnergyGauge(Section):
     every: Positive = Field(0.05, description="sampling interval [s]")
 
 
-GaugeSection = Annotated[LevelGauge | PressureGauge | EnergyGauge, Field(discriminator="kind")]
+class ForceGauge(Section):
+    """Force and moment of the fluid's pressure on a wall (2D, per metre of width)."""
+
+    kind: Literal["force"]
+    name: str | None = Field(None, description="name of the table; default: kind and number")
+    wall: str = Field(description="name of a polygon wall, or a side of the domain: left, right, bottom, top")
+    about: Point = Field([0.0, 0.0], description="what the moment is taken about [m]")
+    every: Positive = Field(0.01, description="sampling interval [s]")
+
+
+GaugeSection = Annotated[LevelGauge | PressureGauge | EnergyGauge | ForceGauge, Field(discriminator="kind")]
 
 
 class Numerics(Section):
@@ -162,6 +223,14 @@ class Numerics(Section):
     delta: Annotated[float, Field(ge=0, le=0.5)] = Field(0.1, description="strength of the diffusion [-], up to 0.5")
     density: Literal[*DENSITIES] = Field(
         "continuity", description="integrated by the continuity equation, or summed over neighbours (shallow water)"
+    )
+    reinitialise: Literal[*FILTERS] = Field("none", description="densities are summed over neighbours anew from time to time")
+    reinitialise_every: Annotated[int, Field(ge=1)] = Field(20, description="steps between two re-initialisations")
+    tensile_control: Literal[*TENSILE_CONTROLS] = Field("none", description="particles under suction repel instead of clumping")
+    shifting: Literal[*SHIFTINGS] = Field("none", description="particles shift towards where there are fewer")
+    shift: Annotated[float, Field(gt=0, le=10)] = Field(2.0, description="strength of the shifting [-]")
+    spray: Literal[*SPRAYS] = Field(
+        "none", description="pressureless: particles with hardly any neighbours lose their pressure"
     )
     xsph: Annotated[float, Field(ge=0, le=1)] = Field(0.0, description="velocity smoothing epsilon [-]; 0: none")
     integrator: Literal[*INTEGRATORS] = Field("verlet", description="time integration")
@@ -234,14 +303,25 @@ class Scene(Section):
         return (0.0,) * (self.dim - 1) + (down,)
 
     @property
+    def wall_names(self):
+        """Names of the polygon walls."""
+        return [wall.name or f"wall-{number:02d}" for number, wall in enumerate(self.walls.polygons)]
+
+    @property
     def shallow(self):
         """Whether this is shallow water: one dimension, the depth plays the density."""
         return self.numerics.state == "shallow"
 
     @property
     def rho0(self):
-        """Reference density [kg/m^3]; in shallow water the largest depth [m] at the beginning."""
-        return max(block.depth for block in self.fluid.blocks) if self.shallow else self.fluid.rho0
+        """Density without pressure [kg/m^3]; in shallow water the largest depth [m] at the beginning.
+
+        So much below `fluid.rho0` that a column of still water, compressed by its own weight, has that density on average:
+        the bed carries rho0 g depth.
+        """
+        if self.shallow:
+            return max(block.depth for block in self.fluid.blocks)
+        return self.fluid.rho0 / (1.0 + 0.5 * abs(self.gravity[-1]) * max(self.depth, 0.0) / self.c0**2)
 
     @property
     def level(self):

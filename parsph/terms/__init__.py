@@ -9,7 +9,11 @@ from dataclasses import dataclass
 
 from .density import DENSITIES
 from .diffusion import DIFFUSIONS
+from .filter import FILTERS
 from .momentum import MOMENTUM
+from .shifting import SHIFTINGS
+from .spray import SPRAYS
+from .tensile import TENSILE_CONTROLS
 from .term import NONE, Term
 from .viscosity import VISCOSITIES
 from .xsph import XSPH
@@ -21,13 +25,16 @@ class Terms:
 
     Attributes
     ----------
-    density, viscosity, diffusion, smoothing : Term
+    density, viscosity, diffusion, smoothing, tensile, shifting, spray : Term
     """
 
     density: Term = DENSITIES["continuity"]
     viscosity: Term = NONE
     diffusion: Term = NONE
     smoothing: Term = NONE
+    tensile: Term = NONE
+    shifting: Term = NONE
+    spray: Term = NONE
 
     @property
     def families(self):
@@ -38,7 +45,33 @@ class Terms:
             ("viscosity", self.viscosity),
             ("density diffusion", self.diffusion),
             ("velocity smoothing", self.smoothing),
+            ("tensile control", self.tensile),
+            ("particle shifting", self.shifting),
+            ("spray", self.spray),
         )
 
+    @property
+    def drifts(self):
+        """Whether particles move with another velocity than their own."""
+        return self.smoothing is not NONE or self.shifting is not NONE
 
-__all__ = ["DENSITIES", "DIFFUSIONS", "MOMENTUM", "NONE", "VISCOSITIES", "XSPH", "Term", "Terms"]
+    @property
+    def codes(self):
+        """What the compiled sweep knows the terms by."""
+        return tuple(term.code for family, term in self.families if family != "momentum")
+
+
+__all__ = [
+    "DENSITIES",
+    "DIFFUSIONS",
+    "FILTERS",
+    "MOMENTUM",
+    "NONE",
+    "SHIFTINGS",
+    "SPRAYS",
+    "TENSILE_CONTROLS",
+    "VISCOSITIES",
+    "XSPH",
+    "Term",
+    "Terms",
+]

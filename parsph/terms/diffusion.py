@@ -1,18 +1,24 @@
 """Density diffusion in the continuity equation.
 
-Both forms add ``delta h c0 sum_b psi_ab . grad_a W_ab V_b`` with ``psi_ab = 2 (s_b - s_a) r_ba / r_ab^2``. Because
-``r_ba . grad_a W_ab = -F r_ab^2``, the distance cancels and the loop needs no division. They differ in s alone:
+All forms add ``delta h c0 sum_b psi_ab . grad_a W_ab V_b`` with ``psi_ab = 2 (s_b - s_a) r_ba / r_ab^2``. Because
+``r_ba . grad_a W_ab = -F r_ab^2``, the distance cancels and the loop needs no division. They differ in s:
 
 - Molteni & Colagrossi (2009): s is the density. It diffuses the hydrostatic gradient too, which distorts water at rest
   near the surface and at walls.
 - Fourtakas et al. (2019): s is the density without its hydrostatic part, here in linear form,
   ``s_b - s_a = rho_b - rho_a - rho0 g . (r_b - r_a) / c0^2``; any direction of gravity.
+- Antuono et al. (2010): what is linear between a pair is taken off, by the mean of two renormalised gradients (Randles &
+  Libersky 1996), ``grad s_a = L_a sum_b (s_b - s_a) grad_a W_ab V_b`` with ``L_a = [sum_b (r_b - r_a) grad_a W_ab V_b]^-1``.
+  Here s is without the hydrostatic part as well: the same for the fluid, since a linear part has no effect, and images and
+  ghosts then have no gradient, as the even field at a wall. Isolated particles, det L^-1 < 0.05, have none either.
 """
 
 from ..jit import jit, like
 from .term import NONE, Term
 
-MOLTENI, FOURTAKAS = 1, 2
+MOLTENI, FOURTAKAS, ANTUONO = 1, 2, 3
+
+LEAST_DETERMINANT = 0.3  # of L^-1, which is the unit matrix inside the fluid and about half of it in one direction at a surface
 
 DIFFUSIONS = {
     "none": NONE,
@@ -28,18 +34,24 @@ DIFFUSIONS = {
         "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b) F_ab m_b/rho_b with s = rho - rho0 (g . x)/c0^2",
         "Fourtakas et al. (2019), Comput. Fluids 190, 346, hydrostatic part linearised",
     ),
+    "antuono": Term(
+        "antuono",
+        ANTUONO,
+        "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b - (grad s_a + grad s_b)/2 . r_ab) F_ab m_b/rho_b, renormalised gradients",
+        "delta-SPH: Antuono et al. (2010), Comput. Phys. Commun. 181, 532; Marrone et al. (2011)",
+    ),
 }
 
 
 @jit
 def diffusing_density(code, excess, hydrostatic):
     """The s of a particle from its ``excess = rho - rho0`` and ``hydrostatic = rho0 (g . x)/c0^2``."""
-    if code == FOURTAKAS:
-        return excess - hydrostatic
-    return excess
+    if code == MOLTENI:
+        return excess
+    return excess - hydrostatic
 
 
 @jit
-def density_diffusion(delta_h_c0, VF, s_a, s_b):
-    """One neighbour's part of drho_a/dt; `VF` = F m_b/rho_b."""
-    return like(2.0, VF) * delta_h_c0 * VF * (s_a - s_b)
+def density_diffusion(delta_h_c0, VF, s_ab):
+    """One neighbour's part of drho_a/dt; `VF` = F m_b/rho_b, `s_ab` = s_a - s_b without what is linear between the pair."""
+    return like(2.0, VF) * delta_h_c0 * VF * s_ab

@@ -1,5 +1,8 @@
 """Boundary treatments."""
 
+from .barrier import Barrier, Lines
+from .ghosts import FixedGhosts
+from .interpolation import INTERPOLATORS
 from .mirror import MirrorWall, wall_images
 
-__all__ = ["MirrorWall", "wall_images"]
+__all__ = ["INTERPOLATORS", "Barrier", "FixedGhosts", "Lines", "MirrorWall", "wall_images"]

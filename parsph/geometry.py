@@ -1,0 +1,426 @@
+"""Polygonal walls in 2D: what is solid, where ghost particles stand, and which points of the fluid they mirror.
+
+Solids that stand still are merged first, so an obstacle on a bed makes a corner with it. Ghosts stand on curves parallel to
+the boundary of the merged solid, at depths ``s = (k + 1/2) dx``, as many as the support needs. Each belongs to the nearest
+point of the wall, x_w, and mirrors a point of the fluid:
+
+- at a face: ``x_m = x_w + s n``, n the normal into the fluid;
+- where the nearest point is a corner of the fluid: mirrored through it (along the bisector where that leaves the fluid);
+- where two faces of a corner of the solid are equally near: along the bisector of their normals, through the corner.
+
+Where another wall is nearer than 2 s along that way the point stands half-way to it. Marrone et al. (2011), Comput. Methods
+Appl. Mech. Eng. 200, 1526; Huang et al. (2019) section 2.2.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry import LineString, Polygon
+
+from .errors import SceneError
+
+SHARP_TURN = math.radians(20)  # bends beyond it are corners; below, the line is round
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The outline of a wall as the scene gives it.
+
+    Attributes
+    ----------
+    name : str
+    points : tuple of (float, float)
+        Vertices [m].
+    fluid : str
+        Where the fluid is: "inside" or "outside" of a closed polygon, "left" or "right" of an open line, walking along it.
+    """
+
+    name: str
+    points: tuple
+    fluid: str
+
+    def nearest_vertex(self, point):
+        """Return the number of the vertex nearest to `point` [m]."""
+        return int(np.linalg.norm(np.array(self.points) - point, axis=1).argmin())
+
+    @property
+    def closed(self):
+        """Whether it is a polygon."""
+        return self.fluid in ("inside", "outside")
+
+    @property
+    def edges(self):
+        """Edges with the fluid at their left, shape (n, 2, 2) [m]."""
+        points = np.array(self.points, float)
+        if self.closed:
+            points = np.vstack([points, points[:1]])
+            counter_clockwise = Polygon(points).exterior.is_ccw
+            turn = counter_clockwise != (self.fluid == "inside")
+        else:
+            turn = self.fluid == "right"
+        if turn:
+            points = points[::-1]
+        return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def outline_faults(outline, where, size):
+    """Return what is wrong with an outline alone, a list of SceneError; `where` names it, `size` is the domain's [m]."""
+    points, faults = np.array(outline.points, float), []
+    least = 3 if outline.closed else 2
+    if len(points) < least:
+        return [SceneError(f"has {len(points)} points", where=f"{where}.points", cure=f"at least {least}")]
+    for number, point in enumerate(points):
+        if (point < 0).any() or (point > np.array(size) * (1 + 1e-12)).any():
+            cure = f"within 0 and {list(size)} m, or enlarge domain.size"
+            why = f"({point[0]:g}, {point[1]:g}) m"
+            faults.append(SceneError("lies outside the domain", where=f"{where}.points.{number}", why=why, cure=cure))
+    following = np.roll(points, -1, axis=0) if outline.closed else points[1:]
+    for number, (a, b) in enumerate(zip(points, following, strict=False)):
+        if np.array_equal(a, b):
+            cure = "leave one out; a polygon closes itself"
+            faults.append(SceneError("equals the next point", where=f"{where}.points.{number}", cure=cure))
+    if faults:
+        return faults
+    line = LineString(np.vstack([points, points[:1]]) if outline.closed else points)
+    if not line.is_simple:
+        number, crossing = _crossing(line)
+        why = f"the edge from point {number} meets another one at ({crossing[0]:g}, {crossing[1]:g}) m"
+        cure = "an outline that does not cross or touch itself"
+        faults.append(SceneError("crosses itself", where=f"{where}.points.{number}", why=why, cure=cure))
+    return faults
+
+
+def _crossing(line):
+    """Return (number of the first edge that meets another one away from their common point, where [m])."""
+    points = list(line.coords)
+    edges = [LineString(pair) for pair in zip(points[:-1], points[1:], strict=True)]
+    for i, edge in enumerate(edges):
+        for j in range(i + 1, len(edges)):
+            common = edge.intersection(edges[j])
+            allowed = {points[j]} if j == i + 1 else set()
+            allowed |= {points[i]} if i == 0 and j == len(edges) - 1 and line.is_closed else set()
+            if common.is_empty or (common.geom_type == "Point" and common.coords[0] in allowed):
+                continue
+            return i, common.representative_point().coords[0]
+    return 0, points[0]
+
+
+@dataclass
+class Ghosts:
+    """Ghost particles of walls that move together, or stand still.
+
+    Attributes
+    ----------
+    position, mirror : ndarray, shape (n, 2)
+        Where they stand, and the points of the fluid that they mirror [m].
+    direction : ndarray, shape (n, 2)
+        Normal of the wall into the fluid; at corners from the ghost to its mirror point.
+    through_point : ndarray of bool, shape (n,)
+        Mirrored through a corner: all components of the velocity are turned, not the normal one alone.
+    volume : ndarray, shape (n,)
+        Area [m^2] that each stands for.
+    part : ndarray of int, shape (n,)
+        Number of the outline that each belongs to.
+    """
+
+    position: np.ndarray
+    mirror: np.ndarray
+    direction: np.ndarray
+    through_point: np.ndarray
+    volume: np.ndarray
+    part: np.ndarray
+
+
+class Boundary:
+    """The walls that stand still together, or one that moves: their merged solid, and their wetted edges.
+
+    Parameters
+    ----------
+    outlines : dict of int to Outline
+        By their number in the scene.
+    dx, reach : float
+        Particle spacing and support radius [m].
+
+    Attributes
+    ----------
+    solid : shapely geometry
+    edges : ndarray, shape (n, 2, 2)
+        Edges with the fluid at their left, open lines prolonged at their free ends [m].
+    part : ndarray of int, shape (n,)
+        Outline of each edge.
+    """
+
+    def __init__(self, outlines, dx, reach):
+        self.outlines, self.dx, self.reach = outlines, dx, reach
+        self._tolerance = 1e-6 * dx
+        self.solids = {number: self._solid(number) for number in outlines}
+        self.solid = shapely.union_all(list(self.solids.values()))
+        self.edges, self.part = self._wetted({n: self._prolonged(n).edges for n in outlines})
+        along = self.edges[:, 1] - self.edges[:, 0]
+        self.normals = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+
+    def _prolonged(self, number):
+        """Return an outline, an open one longer at its free ends, where ghosts are needed a little beyond."""
+        outline = self.outlines[number]
+        if outline.closed:
+            return outline
+        points = np.array(outline.points, float)
+        length = math.ceil(2 * self.reach / self.dx) * self.dx  # whole spacings: ghosts keep step with the fluid's lattice
+        free = self.free_ends(number)
+        if free[0]:
+            points[0] += length * unit(points[0] - points[1])
+        if free[1]:
+            points[-1] += length * unit(points[-1] - points[-2])
+        return Outline(outline.name, tuple(map(tuple, points)), outline.fluid)
+
+    def free_ends(self, number):
+        """Return whether the first and the last point of an open line touch no other outline."""
+        ends = shapely.points(np.array(self.outlines[number].points, float)[[0, -1]])
+        others = [LineString(edge) for n, other in self.outlines.items() if n != number for edge in other.edges]
+        return tuple(all(line.distance(end) > self._tolerance for line in others) for end in ends)
+
+    def _solid(self, number):
+        """Return what is solid behind an outline: the polygon itself, or a band thick enough for all ghosts."""
+        outline, thickness = self._prolonged(number), 2 * self.reach + 2 * self.dx
+        if outline.fluid == "outside":
+            return Polygon(outline.points)
+        if outline.fluid == "inside":
+            inner = Polygon(outline.points)
+            return inner.buffer(thickness, join_style="mitre").difference(inner)
+        side = -thickness if outline.fluid == "left" else thickness
+        return LineString(outline.points).buffer(side, single_sided=True, join_style="mitre")
+
+    def _wetted(self, edges_of):
+        """Return what of the edges, by outline, lies in no other solid: edges, shape (n, 2, 2), and their outlines."""
+        edges, part = [], []
+        for number, own in edges_of.items():
+            others = shapely.union_all([solid for n, solid in self.solids.items() if n != number])
+            inside = others.buffer(-self._tolerance)
+            for edge in own:
+                rest = LineString(edge).difference(inside)
+                for piece in getattr(rest, "geoms", [rest]):
+                    if piece.length > 10 * self._tolerance:
+                        edges.append(np.array(piece.coords)[[0, -1]])
+                        part.append(number)
+        return np.array(edges).reshape(-1, 2, 2), np.array(part, int)
+
+    def inner_ends(self):
+        """Return which ends of the edges meet another one in a corner of the fluid, shape (n, 2)."""
+        inner = np.zeros((len(self.edges), 2), bool)
+        for e, edge in enumerate(self.edges):
+            for end, other_end in ((0, 1), (1, 0)):
+                meets = np.linalg.norm(self.edges[:, other_end] - edge[end], axis=1) <= 10 * self._tolerance
+                for other in np.flatnonzero(meets):  # it leads away to the fluid's side
+                    away = self.edges[other, end] - self.edges[other, other_end]
+                    inner[e, end] |= bool(unit(away) @ self.normals[e] > 1e-9)
+        return inner
+
+    # --- ghosts ---------------------------------------------------------------------------------------------------
+
+    def ghosts(self):
+        """Return the `Ghosts` of this boundary."""
+        rings = []
+        for layer in range(math.ceil(self.reach / self.dx - 0.5)):
+            inset = self.solid.buffer(-(layer + 0.5) * self.dx, join_style="mitre", mitre_limit=2.0)
+            rings += [_sampled(ring, self.dx) for ring in _rings(inset)]
+        position = np.concatenate([points for points, _ in rings])
+        volume = np.concatenate([lengths * self.dx for _, lengths in rings])
+        feet, distance = _feet(position, self.edges)
+        near = distance.min(axis=1) < self.reach
+        position, volume, feet, distance = position[near], volume[near], feet[near], distance[near]
+        ways = [self._way(*each) for each in zip(position, feet, distance, strict=True)]
+        mirror, direction, through = (np.array(values) for values in zip(*ways, strict=True))
+        return Ghosts(position, mirror, direction, through, volume, self.part[distance.argmin(axis=1)])
+
+    def _way(self, position, feet, distance):
+        """Return (mirror point, direction, whether mirrored through a point) of a ghost, from its feet on all edges."""
+        nearest = distance.argmin()
+        foot, normal, s = feet[nearest], self.normals[nearest], distance[nearest]
+        ties = np.flatnonzero(distance <= s + self._tolerance)
+        corner = _shared_vertex(self.edges[ties], self._tolerance)
+        if corner is None:
+            return foot + min(s, 0.5 * self._free_way(foot, normal)) * normal, normal, False
+        bisector = unit(self.normals[ties].sum(axis=0))
+        direction, through = bisector, False
+        if np.linalg.norm(feet[ties] - corner, axis=1).max() <= self._tolerance:  # a corner of the fluid, or a bend
+            through = bool(self.normals[ties[0]] @ self.normals[ties[-1]] < math.cos(SHARP_TURN))
+            direction = unit(corner - position)
+            if self._free_way(corner, direction) == 0.0:
+                direction = bisector
+        s = np.linalg.norm(corner - position)
+        return corner + min(s, 0.5 * self._free_way(corner, direction)) * direction, direction, through
+
+    def _free_way(self, start, direction):
+        """Return how far a ray from a point of the wall runs through the fluid [m], up to the next wall or for ever."""
+        if self.solid.contains(shapely.Point(start + 1e-3 * self.dx * direction)):
+            return 0.0
+        hits, _ = self._hits(start, direction)
+        return float(hits.min())
+
+    def _hits(self, start, direction):
+        """Return at which distance [m] a ray meets each edge, shape (n,), inf for never, and the edge that comes first."""
+        begin, along = self.edges[:, 0] - start, self.edges[:, 1] - self.edges[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            across = _cross(np.asarray(direction), along)
+            way, place = _cross(begin, along) / across, _cross(begin, np.asarray(direction)) / across
+        met = (way > 10 * self._tolerance) & (place >= -1e-9) & (place <= 1 + 1e-9)
+        way = np.where(met, way, math.inf)
+        return way, int(way.argmin())
+
+    def pushed_off(self, points, gap):
+        """Return `points`, shape (n, 2), those nearer to a wall than `gap` moved away from it [m]."""
+        points = points.copy()
+        near = np.flatnonzero(shapely.distance(self._lines, shapely.points(points)) < (1 - 1e-9) * gap)
+        if len(near):
+            feet, distance = _feet(points[near], self.edges)
+            nearest = distance.argmin(axis=1)
+            rows = np.arange(len(near))
+            points[near] += self.normals[nearest] * (gap - distance[rows, nearest])[:, None]
+        return points
+
+    @property
+    def _lines(self):
+        return shapely.MultiLineString([LineString(edge) for edge in self.edges])
+
+    # --- surface and faults -----------------------------------------------------------------------------------------
+
+    def elements(self, number):
+        """Return the wetted surface of one outline in pieces of about dx.
+
+        Returns
+        -------
+        tuple of ndarray
+            Midpoints, shape (n, 2) [m], normals into the fluid, shape (n, 2), lengths, shape (n,) [m].
+        """
+        edges, _ = self._wetted({number: self.outlines[number].edges})
+        along = edges[:, 1] - edges[:, 0]
+        lengths = np.linalg.norm(along, axis=1)
+        counts = np.maximum(1, np.round(lengths / self.dx).astype(int))
+        edge = np.repeat(np.arange(len(edges)), counts)
+        place = np.concatenate([(np.arange(count) + 0.5) / count for count in counts])
+        normals = np.stack([-along[:, 1], along[:, 0]], axis=1) / lengths[:, None]
+        return edges[edge, 0] + place[:, None] * along[edge], normals[edge], (lengths / counts)[edge]
+
+    def faults(self, where):
+        """Return what is wrong with the walls together, a list of SceneError; `where` names outlines by their number.
+
+        Walls must be as thick as their ghost layers, gaps between them two particles wide.
+        """
+        faults = []
+        for number, outline in self.outlines.items():
+            points, normals, _ = self.elements(number)
+            for point, normal in zip(points, normals, strict=True):
+                vertex = f"{where[number]}.points.{outline.nearest_vertex(point)}"
+                for direction, least, what, why in (
+                    (-normal, self.reach, "the wall is", "ghost particles of one side would act on the fluid at the other"),
+                    (normal, 2 * self.dx, "the gap to the next wall is", "it needs two particles across"),
+                ):
+                    ways, other = self._hits(point, direction)
+                    if (
+                        ways[other] < (1 - 1e-9) * least
+                        and self.normals[other] @ normal < -0.5
+                        and not self._adjacent(point, other)
+                    ):
+                        cure = f"at least {least:.4g} m there, or a smaller numerics.dx"
+                        faults.append(SceneError(f"{what} {ways[other]:.4g} m near this point", vertex, why, cure))
+                        break
+                else:
+                    continue
+                break
+        return faults
+
+    def behind(self, number, shape):
+        """Return how much of a `shape` lies behind the outline of a basin or a line [m^2], and a point of it [m] or None.
+
+        What an obstacle takes of it does not count: that stays dry.
+        """
+        outline = self.outlines[number]
+        if outline.fluid == "outside":
+            return 0.0, None
+        hidden = shape.difference(Polygon(outline.points)) if outline.closed else shape.intersection(self.solids[number])
+        return hidden.area, np.array(hidden.representative_point().coords[0]) if hidden.area else None
+
+    def ends_in(self, number, shapes):
+        """Return the numbers of the free ends of an open outline that lie in one of the `shapes` of fluid."""
+        outline = self.outlines[number]
+        if outline.closed:
+            return []
+        ends = {0: self.free_ends(number)[0], len(outline.points) - 1: self.free_ends(number)[1]}
+        inner = [shape.buffer(-0.5 * self.dx) for shape in shapes]
+        wet = {end: min(shape.distance(shapely.Point(outline.points[end])) for shape in inner) < 0.5 * self.dx for end in ends}
+        return [end for end, free in ends.items() if free and wet[end]]
+
+    def _adjacent(self, point, other):
+        """Whether the edge that holds `point` and the edge `other` share a vertex."""
+        own = int(_feet(point[None], self.edges)[1].argmin())
+        return _shared_vertex(self.edges[[own, other]], self._tolerance) is not None
+
+
+def polygon(points):
+    """Return the shape of a polygon with the vertices `points` [m]."""
+    return Polygon(points)
+
+
+def contains(area, points):
+    """Return which of `points`, shape (n, 2) [m], lie inside an area, shape (n,)."""
+    return shapely.contains_xy(area, *points.T)
+
+
+def unit(vector):
+    """Return the vector over its length."""
+    return vector / np.linalg.norm(vector)
+
+
+def _cross(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _feet(points, edges):
+    """Return the nearest point of each edge to each of `points`, shape (n, edges, 2), and its distance, shape (n, edges)."""
+    start, along = edges[:, 0], edges[:, 1] - edges[:, 0]
+    place = ((points[:, None] - start) * along).sum(axis=2) / (along**2).sum(axis=1)
+    feet = start + np.clip(place, 0.0, 1.0)[:, :, None] * along
+    return feet, np.linalg.norm(points[:, None] - feet, axis=2)
+
+
+def _shared_vertex(edges, tolerance):
+    """Return the vertex that two or more edges share, None where they share none or lie in one line."""
+    if len(edges) < 2:
+        return None
+    first, last = edges[0], edges[-1]
+    for a in first:
+        for b in last:
+            if np.linalg.norm(a - b) <= 10 * tolerance:
+                straight = abs(_cross(unit(first[1] - first[0]), unit(last[1] - last[0]))) < 1e-9
+                return None if straight else a
+    return None
+
+
+def _rings(area):
+    """Return the closed boundary lines of an area, each of shape (n, 2), the first point not repeated."""
+    rings = []
+    for polygon in getattr(area, "geoms", [area]):
+        if not polygon.is_empty:
+            rings += [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
+    return rings
+
+
+def _sampled(ring, dx):
+    """Return points at spacings near `dx` on a closed line, its corners among them, and the length that each stands for."""
+    back, on = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
+    turn = np.abs(np.arctan2(_cross(back, on), (back * on).sum(axis=1)))
+    corners = np.flatnonzero(turn > SHARP_TURN)
+    ring = np.roll(ring, -(corners[0] if len(corners) else 0), axis=0)
+    corners = (corners - corners[0]) if len(corners) else np.array([0])
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1))])
+    closed = np.vstack([ring, ring[:1]])
+    places = []
+    for a, b in zip(way[corners], [*way[corners[1:]], way[-1]], strict=True):
+        count = max(1, round((b - a) / dx))
+        places.append(a + (b - a) * np.arange(count) / count)
+    places = np.concatenate(places)
+    points = np.stack([np.interp(places, way, closed[:, d]) for d in range(2)], axis=1)
+    gaps = np.diff(np.append(places, way[-1]))
+    return points, 0.5 * (gaps + np.roll(gaps, 1))

@@ -1,0 +1,231 @@
+"""Passes over neighbours beside the sweep: renormalised density gradients, and densities summed anew.
+
+Gradients are needed by delta-SPH before the sweep, of all neighbours; so they are a pass of their own, and their edge columns
+travel to the neighbour ranks before the sweep reads them. Same order of sums as there: no dependence on the number of ranks.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from .columns import choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
+from .jit import jit
+from .kernels import kernel_slope, kernel_value
+from .particles import FIRST_GHOST
+from .sweep import FAR, PADDING
+from .terms.diffusion import LEAST_DETERMINANT, diffusing_density
+from .terms.filter import filtered_density
+
+
+@jit
+def renormalised(xx, xy, xz, yy, yz, zz, x, y, z, dim):
+    """Return the x that solves ``M x = b`` for the symmetric M of a particle; zero where M is near singular."""
+    if dim == 1:
+        return (x / xx, 0.0, 0.0) if xx > LEAST_DETERMINANT else (0.0, 0.0, 0.0)
+    if dim == 2:
+        determinant = xx * yy - xy * xy
+        if determinant < LEAST_DETERMINANT:
+            return 0.0, 0.0, 0.0
+        return (yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant, 0.0
+    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    determinant = xx * a + xy * b + xz * c
+    if determinant < LEAST_DETERMINANT:
+        return 0.0, 0.0, 0.0
+    d, e, f = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
+    return (a * x + b * y + c * z) / determinant, (b * x + d * y + e * z) / determinant, (c * x + e * y + f * z) / determinant
+
+
+@lru_cache
+def compiled_gradients(dim, kernel, diffusion, single):
+    """Return the pass that sets the renormalised gradient of the diffusing density, for these codes; numbers at run time."""
+    real = np.float32 if single else np.float64
+    strips = 3 ** (dim - 1)
+
+    def set_gradients(rows, tags, starts, first_cell, last_cell, grid, numbers, gravity, gradients):
+        cell_size, shape = grid
+        h, norm, rho0, inverse_c2 = numbers
+        stride = 1
+        for d in range(1, dim):
+            stride *= shape[d]
+        most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
+        scratch = np.empty((5, (most // PADDING + 1) * PADDING), real)
+        chosen = np.empty(scratch.shape[1], np.int64)
+        xs, ys, zs, ss, Vols = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
+        inverse_h, slope_norm = real(1.0 / h), norm / h ** (dim + 2)
+        for cell in range(first_cell, last_cell):
+            begin, end = starts[cell], starts[cell + 1]
+            if not tags_begin_with_fluid(tags, starts, cell):
+                continue
+            middle, extent = fluid_box(rows, tags, begin, end, dim)
+            reach2 = cell_size * cell_size
+            count, own = choose_candidates(rows, starts, cell, strips, stride, shape, middle, extent, reach2, chosen, begin)
+            for o in range(count):
+                j = chosen[o]
+                xs[o] = rows[j, 0] - middle[0]
+                hydrostatic = gravity[0] * (rows[j, 0] - middle[0])
+                if dim > 1:
+                    ys[o] = rows[j, 1] - middle[1]
+                    hydrostatic += gravity[1] * (rows[j, 1] - middle[1])
+                if dim > 2:
+                    zs[o] = rows[j, 2] - middle[2]
+                    hydrostatic += gravity[2] * (rows[j, 2] - middle[2])
+                density = rows[j, 2 * dim]
+                ss[o] = diffusing_density(diffusion, density - rho0, rho0 * inverse_c2 * hydrostatic)
+                Vols[o] = rows[j, 2 * dim + 2] / density
+            padded = (count + PADDING - 1) // PADDING * PADDING
+            for o in range(count, padded):
+                xs[o] = FAR * cell_size
+                ys[o] = 0.0
+                zs[o] = 0.0
+                ss[o] = 0.0
+                Vols[o] = 0.0
+            for i in range(begin, end):
+                if tags[i] >= FIRST_GHOST:
+                    break
+                o = own + i - begin
+                x, y, z, s = xs[o], ys[o], zs[o], ss[o]
+                xx, xy, xz, yy = real(0.0), real(0.0), real(0.0), real(0.0)
+                yz, zz = real(0.0), real(0.0)
+                sx, sy, sz = real(0.0), real(0.0), real(0.0)
+                for j in range(padded):
+                    dx = xs[j] - x
+                    r2 = dx * dx
+                    if dim > 1:
+                        dy = ys[j] - y
+                        r2 += dy * dy
+                    if dim > 2:
+                        dz = zs[j] - z
+                        r2 += dz * dz
+                    w = Vols[j] * kernel_slope(kernel, np.sqrt(r2) * inverse_h)
+                    ds = ss[j] - s
+                    wx = w * dx
+                    xx -= wx * dx
+                    sx -= wx * ds
+                    if dim > 1:
+                        wy = w * dy
+                        xy -= wx * dy
+                        yy -= wy * dy
+                        sy -= wy * ds
+                    if dim > 2:
+                        wz = w * dz
+                        xz -= wx * dz
+                        yz -= wy * dz
+                        zz -= wz * dz
+                        sz -= wz * ds
+                n = slope_norm
+                solved = renormalised(n * xx, n * xy, n * xz, n * yy, n * yz, n * zz, n * sx, n * sy, n * sz, dim)
+                for d in range(dim):
+                    gradients[i, d] = solved[d]
+
+    return jit(set_gradients)
+
+
+@dataclass(frozen=True)
+class Gradients:
+    """The gradient pass of a sweep with renormalised diffusion.
+
+    Attributes
+    ----------
+    sweep : Sweep
+        Whose kernel, numbers and precision it shares.
+    """
+
+    sweep: object
+
+    def __call__(self, particles, starts, slab):
+        """Set the gradients of the fluid of `slab`; those of images and ghosts are zero."""
+        sweep, grid = self.sweep, slab.grid
+        particles.gradient[: starts[-1]] = 0.0
+        code = sweep.terms.diffusion.code
+        compiled_gradients(sweep.dim, sweep.kernel.code, code, sweep.single)(
+            particles.shared,
+            particles.tags,
+            starts,
+            grid.stride,
+            (slab.columns + 1) * grid.stride,
+            (grid.cell, grid.shape),
+            (sweep.h, sweep.kernel.norms[sweep.dim - 1], sweep.rho0, sweep.c0**-2),
+            sweep.gravity,
+            particles.gradient,
+        )
+
+
+@lru_cache
+def compiled_filter(dim, kernel, law):
+    """Return the pass that sums densities anew, for these codes; numbers are run-time arguments."""
+    strips = 3 ** (dim - 1)
+    size = dim + 1
+
+    def sum_densities(rows, tags, starts, first_cell, last_cell, grid, numbers, densities):
+        cell_size, shape = grid
+        h, norm = numbers
+        stride = 1
+        for d in range(1, dim):
+            stride *= shape[d]
+        most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
+        chosen = np.empty(most + 1, np.int64)
+        apart, moments, masses = np.empty(size), np.empty((size, size)), np.empty(size)
+        for cell in range(first_cell, last_cell):
+            begin, end = starts[cell], starts[cell + 1]
+            if not tags_begin_with_fluid(tags, starts, cell):
+                continue
+            middle, extent = fluid_box(rows, tags, begin, end, dim)
+            reach2 = cell_size * cell_size
+            count, _ = choose_candidates(rows, starts, cell, strips, stride, shape, middle, extent, reach2, chosen, begin)
+            for i in range(begin, end):
+                if tags[i] >= FIRST_GHOST:
+                    break
+                moments[:] = 0.0
+                masses[:] = 0.0
+                for k in range(count):
+                    j = chosen[k]
+                    r2 = 0.0
+                    apart[0] = 1.0
+                    for d in range(dim):
+                        apart[1 + d] = (rows[j, d] - rows[i, d]) / h
+                        r2 += apart[1 + d] * apart[1 + d]
+                    mass = rows[j, 2 * dim + 2]
+                    mW = mass * norm / h**dim * kernel_value(kernel, np.sqrt(r2))
+                    VW = mW / rows[j, 2 * dim]
+                    for a in range(size):
+                        masses[a] += mW * apart[a]
+                        for b in range(size):
+                            moments[a, b] += VW * apart[a] * apart[b]
+                densities[i] = filtered_density(law, masses, moments)
+
+    return jit(sum_densities)
+
+
+@dataclass(frozen=True)
+class DensityFilter:
+    """Densities summed over neighbours anew, every so many steps.
+
+    Attributes
+    ----------
+    sweep : Sweep
+        Whose kernel it shares.
+    law : Term
+    every : int
+        Steps between two.
+    """
+
+    sweep: object
+    law: object
+    every: int
+
+    def __call__(self, particles, starts, slab):
+        """Replace the densities of the fluid of `slab`; pressures and halos are then out of date."""
+        sweep, grid, p = self.sweep, slab.grid, particles
+        compiled_filter(sweep.dim, sweep.kernel.code, self.law.code)(
+            p.shared,
+            p.tags,
+            starts,
+            grid.stride,
+            (slab.columns + 1) * grid.stride,
+            (grid.cell, grid.shape),
+            (sweep.h, sweep.kernel.norms[sweep.dim - 1]),
+            p.density_rate,
+        )
+        rows = p.fluid
+        p.shared[rows, p.layout.columns("density")[1]] = p.density_rate[rows, None]

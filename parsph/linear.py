@@ -1,0 +1,39 @@
+"""Small systems of equations inside compiled loops."""
+
+from .jit import jit
+
+
+@jit
+def solve_symmetric(matrix, vector, size, least):
+    """Solve ``matrix x = vector`` for a symmetric positive matrix by elimination; both are overwritten, `vector` by x.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (>= size, >= size)
+    vector : ndarray, shape (>= size,)
+    size : int
+    least : float
+        The matrix counts as ill-conditioned when a pivot falls below so much of its diagonal entry.
+
+    Returns
+    -------
+    bool
+        False when it is ill-conditioned; `vector` is then of no use.
+    """
+    for k in range(size):
+        before = matrix[k, k]
+        for j in range(k):  # what the rows above have left of the diagonal entry
+            before += matrix[j, k] * matrix[k, j]
+        if not matrix[k, k] > least * before:
+            return False
+        for i in range(k + 1, size):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k + 1, size):
+                matrix[i, j] -= factor * matrix[k, j]
+            vector[i] -= factor * vector[k]
+            matrix[i, k] = factor
+    for k in range(size - 1, -1, -1):
+        for j in range(k + 1, size):
+            vector[k] -= matrix[k, j] * vector[j]
+        vector[k] /= matrix[k, k]
+    return True

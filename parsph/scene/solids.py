@@ -1,0 +1,134 @@
+"""From a scene's polygons to walls, ghosts and blocks of fluid; the only place of scenes that needs shapely."""
+
+import math
+
+import numpy as np
+
+from ..errors import SceneError
+from ..walls import Barrier, FixedGhosts, Lines
+from ..walls.mirror import SLIPS
+from ..wavemakers import Swing
+from .lattice import Filling, Lattice
+
+
+def motion_of(wall):
+    """Return what moves a polygon wall, None when it stands still."""
+    if wall.motion is None:
+        return None
+    motion = wall.motion
+    center = tuple(motion.center or wall.points[0])
+    return Swing(tuple(motion.way), math.radians(motion.angle), center, motion.period, motion.ramp)
+
+
+def outlines_of(scene):
+    """Return the `Outline` of each polygon wall."""
+    from ..geometry import Outline
+
+    names = zip(scene.wall_names, scene.walls.polygons, strict=True)
+    return [Outline(name, tuple(map(tuple, wall.points)), wall.fluid) for name, wall in names]
+
+
+def boundaries_of(scene):
+    """Return pairs (`Boundary`, motion or None): the walls that stand still together, then each that moves."""
+    if not scene.walls.polygons:
+        return []
+    from ..geometry import Boundary
+
+    outlines, motions = outlines_of(scene), [motion_of(wall) for wall in scene.walls.polygons]
+    groups = [{number: outlines[number] for number, motion in enumerate(motions) if motion is None}]
+    groups += [{number: outlines[number]} for number, motion in enumerate(motions) if motion is not None]
+    return [(Boundary(group, scene.numerics.dx, scene.reach), motions[min(group)]) for group in groups if group]
+
+
+def ghosts_of(scene, state):
+    """Return the `FixedGhosts` and the `Barrier` of a scene, both None when it has no polygon walls."""
+    boundaries = boundaries_of(scene)
+    if not boundaries:
+        return None, None
+    slips = [SLIPS[wall.slip] for wall in scene.walls.polygons]
+    tables = [(boundary.ghosts(), slips, motion) for boundary, motion in boundaries]
+    ghosts = FixedGhosts(tables, scene.walls.interpolation, scene.kernel, scene.h, scene.rho0, scene.gravity, state)
+    lines = [Lines(boundary.edges, boundary.normals, boundary.inner_ends(), motion) for boundary, motion in boundaries]
+    return ghosts, Barrier(lines, scene.numerics.dx)
+
+
+def fillings_of(scene):
+    """Return the `Lattice` of each block, or its `Filling` where it is a polygon or has walls in it."""
+    lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
+    if not scene.walls.polygons and not any(block.points for block in scene.fluid.blocks):
+        return lattices
+    boundaries = tuple(boundary for boundary, _ in boundaries_of(scene))
+    return [_filling(*each, boundaries, scene.numerics.dx) for each in zip(scene.fluid.blocks, lattices, strict=True)]
+
+
+def _filling(block, lattice, boundaries, dx):
+    shape = _shape(block)
+    area = shape
+    for boundary in boundaries:
+        area = area.difference(boundary.solid)
+    if block.points is None and shape.area - area.area < 1e-9 * dx**2:
+        return lattice
+    return Filling(lattice, area, boundaries)
+
+
+def _shape(block):
+    from ..geometry import polygon
+
+    (left, bottom), (right, top) = block.low, block.high
+    return polygon(block.points or [(left, bottom), (right, bottom), (right, top), (left, top)])
+
+
+def wall_faults(scene):
+    """Return what is wrong with the polygon walls and with the fluid beside them, a list of SceneError."""
+    polygons = [number for number, block in enumerate(scene.fluid.blocks) if block.points]
+    if scene.dim != 2:
+        faults = [
+            SceneError("polygons are for 2D", where=f"fluid.blocks.{number}.points", cure="low and high") for number in polygons
+        ]
+        if scene.walls.polygons:
+            faults.append(SceneError("polygons are for 2D", where="walls.polygons", cure="sides of the domain"))
+        return faults
+    if not scene.walls.polygons and not polygons:
+        return []
+    from ..geometry import Outline, outline_faults
+
+    size, names, faults = scene.domain.size, scene.wall_names, []
+    for number, outline in enumerate(outlines_of(scene)):
+        where = f"walls.polygons.{number}"
+        faults += outline_faults(outline, where, size)
+        if names.index(outline.name) != number or outline.name in ("left", "right", "bottom", "top"):
+            faults.append(SceneError(f"{outline.name!r} is taken", where=f"{where}.name", cure="a name of its own"))
+    for number in polygons:
+        block = scene.fluid.blocks[number]
+        where = f"fluid.blocks.{number}"
+        faults += outline_faults(Outline("", tuple(map(tuple, block.points)), "inside"), where, size)
+        if [block.low, block.high] != [np.min(block.points, axis=0).tolist(), np.max(block.points, axis=0).tolist()]:
+            faults.append(SceneError("is given beside points", where=f"{where}.low, high", cure="one of the two"))
+    if faults:
+        return faults
+    boundaries = boundaries_of(scene)
+    where = {number: f"walls.polygons.{number}" for number in range(len(names))}
+    for boundary, _ in boundaries:
+        faults += boundary.faults(where)
+    return faults or _wrong_side(scene, boundaries)
+
+
+def _wrong_side(scene, boundaries):
+    """Faults of fluid behind walls, and of open walls that end in the fluid."""
+    faults, dx = [], scene.numerics.dx
+    shapes = [_shape(block) for block in scene.fluid.blocks]
+    for boundary, _ in boundaries:
+        for number, outline in boundary.outlines.items():
+            at = f"walls.polygons.{number}"
+            for other, shape in enumerate(shapes):
+                area, place = boundary.behind(number, shape)
+                if area > 1e-6 * dx**2:
+                    vertex = outline.nearest_vertex(place)
+                    why = f"{area:.4g} m^2 of it lie behind {outline.name!r}, near its point {vertex}"
+                    cure = f'another block, or another `fluid` than "{outline.fluid}" at {at}'
+                    faults.append(SceneError("fluid on the wrong side", where=f"fluid.blocks.{other}", why=why, cure=cure))
+            for vertex in boundary.ends_in(number, shapes):
+                why = "the fluid flows round its end"
+                cure = "end it above the water or at another wall, or close it: an obstacle is a polygon"
+                faults.append(SceneError("an open wall ends in the fluid", f"{at}.points.{vertex}", why, cure))
+    return faults
