@@ -12,6 +12,7 @@ Where another wall is nearer than 2 s along that way the point stands half-way t
 Appl. Mech. Eng. 200, 1526; Huang et al. (2019) section 2.2.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -95,7 +96,7 @@ def outline_faults(outline, where, size):
 def _crossing(line):
     """Return (number of the first edge that meets another one away from their common point, where [m])."""
     points = list(line.coords)
-    edges = [LineString(pair) for pair in zip(points[:-1], points[1:], strict=True)]
+    edges = [LineString(pair) for pair in itertools.pairwise(points)]
     for i, edge in enumerate(edges):
         for j in range(i + 1, len(edges)):
             common = edge.intersection(edges[j])
@@ -274,7 +275,7 @@ class Boundary:
         points = points.copy()
         near = np.flatnonzero(shapely.distance(self._lines, shapely.points(points)) < (1 - 1e-9) * gap)
         if len(near):
-            feet, distance = _feet(points[near], self.edges)
+            _, distance = _feet(points[near], self.edges)
             nearest = distance.argmin(axis=1)
             rows = np.arange(len(near))
             points[near] += self.normals[nearest] * (gap - distance[rows, nearest])[:, None]

@@ -228,8 +228,12 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                     toward = 0.0
                     if shifting != 0:  # grad C is taken with the density of the particle itself
                         crowding = slope_norm * V * np.sqrt(nx * nx + ny * ny + nz * nz)
-                        speed = np.sqrt(u * u + v * v + w * w)
-                        toward = slope_norm * V * shift_factor(shift_h, speed, crowding, inside)
+                        speed2 = u * u  # what a dimension less leaves unset in the scratch must not count
+                        if dim > 1:
+                            speed2 += v * v
+                        if dim > 2:
+                            speed2 += w * w
+                        toward = slope_norm * V * shift_factor(shift_h, np.sqrt(speed2), crowding, inside)
                     drift[i, 0] = epsilon * value_norm * px - toward * nx
                     if dim > 1:
                         drift[i, 1] = epsilon * value_norm * py - toward * ny
@@ -287,19 +291,8 @@ class Sweep:
         """The run-time numbers of the compiled loop."""
         norm = self.kernel.norms[self.dim - 1]
         hc = self.h * self.c0
-        longest, shift_h = self.h * self.h_growth, self.shift * self.h
-        return (
-            self.h,
-            norm,
-            self.rho0,
-            self.c0**-2,
-            self.alpha * hc,
-            self.delta * hc,
-            self.epsilon,
-            shift_h,
-            self.h_over_dx,
-            longest,
-        )
+        strengths = self.alpha * hc, self.delta * hc, self.epsilon, self.shift * self.h
+        return self.h, norm, self.rho0, self.c0**-2, *strengths, self.h_over_dx, self.h * self.h_growth
 
     def __call__(self, particles, starts, slab, first_column, last_column):
         """Set the rates of the fluid in the local columns ``first_column:last_column`` of `slab`."""

@@ -6,6 +6,7 @@ the spacing keeps no velocity into it, ``v -> v - min((v - v_w) . n, 0) n``, and
 water, half a spacing away, nothing happens; it takes energy and never gives any (of a wall at rest).
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,7 +49,7 @@ def stop_at_edges(rows, tags, starts, cells, first_edge, edge_of, edges, normals
     cells, first_edge, edge_of : ndarray of int
         Local cells with walls near them, and for each, from ``first_edge[k]`` to ``first_edge[k + 1]``, the edges.
     edges, normals, beyond, motion : ndarray, shapes (n, 2, 2), (n, 2), (n, 2), (n, 5)
-        `beyond`: how far the line goes on at the ends [m]; `motion`: center [m], velocity of the center [m/s], rate of rotation [1/s].
+        `beyond`: how far the line goes on at the ends [m]; `motion`: center [m], its velocity [m/s], rate of rotation [1/s].
     near, deepest : float
         From how far in front of an edge to how far behind it [m].
     """
@@ -100,7 +101,7 @@ class Barrier:
         self.beyond = np.where(np.concatenate([group.ends for group in groups]), DEEPEST * dx, 0.0)
         self.motion = np.zeros((len(self.edges), 5))
         ends = np.cumsum([0, *(len(group.edges) for group in groups)])
-        self._spans = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self._spans = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self._moving = [n for n, group in enumerate(groups) if group.motion is not None]
         self._fixed = [e for n, span in enumerate(self._spans) if n not in self._moving for e in range(span.start, span.stop)]
         self._cells = None
