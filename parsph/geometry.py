@@ -194,11 +194,9 @@ class Boundary:
         return LineString(outline.points).buffer(side, single_sided=True, join_style="mitre")
 
     def _wetted(self, edges_of):
-        """Return what of the edges, by outline, lies in no other solid: edges, shape (n, 2, 2), and their outlines."""
-        edges, part = [], []
+        """Return what of the edges, by outline, is not inside the merged solid: edges, shape (n, 2, 2), and their outlines."""
+        edges, part, inside = [], [], self.solid.buffer(-self._tolerance)
         for number, own in edges_of.items():
-            others = shapely.union_all([solid for n, solid in self.solids.items() if n != number])
-            inside = others.buffer(-self._tolerance)
             for edge in own:
                 rest = LineString(edge).difference(inside)
                 for piece in getattr(rest, "geoms", [rest]):

@@ -35,16 +35,31 @@ class Simulation:
     gradients : Gradients, optional
         The pass before the sweep, in scenes with renormalised diffusion.
     density_filter : DensityFilter, optional
+    settling : float
+        How long the fluid comes to rest before t = 0 [s].
     """
 
     def __init__(
-        self, domain, sweep, state, integrator, zones, end, dt, cfl, density_range, gradients=None, density_filter=None
+        self,
+        domain,
+        sweep,
+        state,
+        integrator,
+        zones,
+        end,
+        dt,
+        cfl,
+        density_range,
+        gradients=None,
+        density_filter=None,
+        settling=0.0,
     ):
         self.domain, self.sweep, self.state = domain, sweep, state
         self.integrator, self.zones, self.end = integrator, zones, rounded(end)
         self._weakening = [zone for zone in zones if zone.killing != "none"]
         self.fixed_dt, self.cfl = dt, cfl
         self.gradients, self.density_filter = gradients, density_filter
+        self.settling, self.rest_time = settling, 10.0 * sweep.h / sweep.c0
         self._staged = gradients is not None or domain.ghosts is not None
         self.density_range = tuple(factor * state.rho0 for factor in density_range)
         self.communicator = domain.communicator
@@ -168,8 +183,25 @@ class Simulation:
 
     # --- the run --------------------------------------------------------------------------------------------------
 
+    def settle(self):
+        """Let the fluid come to rest before the beginning: steps up to t = 0 in which its velocity decays."""
+        self.time = -self.settling
+        self.evaluate(self.time)
+        p = self.particles
+        velocity = p.layout.columns("velocity")[1]
+        while self.time < 0:
+            dt = min(self.longest_step(), -self.time)
+            self.step(dt)
+            p.shared[p.first : p.last, velocity] /= 1.0 + dt / self.rest_time
+            self.time = 0.0 if dt == -self.time else self.time + dt
+        p.shared[p.first : p.last, velocity] = 0.0
+
     def prepare(self):
-        """Set the rates at the beginning, which the first prediction needs, and let the observers begin."""
+        """Settle where the scene says so, set the rates at the beginning, which the first prediction needs, and let the
+        observers begin.
+        """
+        if self.settling:
+            self.settle()
         self.evaluate(self.time)
         for observer in self.observers:
             observer.begin(self)

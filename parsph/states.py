@@ -44,7 +44,23 @@ def density_of(pressure, state):
         return rho0 + pressure / (c0 * c0)
     if code == SHALLOW:
         return np.sqrt(2.0 * rho0 * pressure) / c0
-    return rho0 * (1.0 + gamma * pressure / (rho0 * c0 * c0)) ** (1.0 / gamma)
+    power = 1.0 + gamma * pressure / (rho0 * c0 * c0)
+    if gamma == 7.0 and 0.5 < power < 2.0:  # Newton's root: a general power costs more than all else that a ghost needs
+        ratio = 1.0 + pressure / (rho0 * c0 * c0)
+        for _ in range(4):
+            sixth = ratio * ratio * ratio
+            sixth *= sixth
+            ratio -= (ratio - power / sixth) / 7.0
+        return rho0 * ratio
+    return rho0 * power ** (1.0 / gamma)
+
+
+@jit
+def _densities(pressures, state):
+    densities = np.empty(pressures.size)
+    for k in range(pressures.size):
+        densities[k] = density_of(pressures.flat[k], state)
+    return densities
 
 
 @jit
@@ -111,7 +127,7 @@ class State:
 
     def density(self, pressure):
         """Return the density [kg/m^3] at `pressure` [Pa], any shape."""
-        return density_of.py_func(np.asarray(pressure), self.constants)
+        return _densities(np.atleast_1d(np.asarray(pressure, float)), self.constants).reshape(np.shape(pressure))
 
     def still_density(self, head):
         """Return the density [kg/m^3] where water at rest has the potential `head` = g depth [m^2/s^2] above it, any shape.

@@ -92,6 +92,7 @@ def build(scene, communicator=None, folder=None):
         scene.density_range,
         Gradients(sweep) if n.diffusion == "antuono" else None,
         DensityFilter(sweep, FILTERS[n.reinitialise], n.reinitialise_every) if n.reinitialise != "none" else None,
+        scene.time.settle,
     )
     simulation.observers += gauges_of(scene, folder)
     if folder is not None and scene.snapshot_interval:

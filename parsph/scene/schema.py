@@ -248,6 +248,10 @@ class TimeSection(Section):
     """When it ends, and how long a step is."""
 
     end: NotNegative = Field(description="end of the run [s]")
+    settle: NotNegative = Field(
+        0.0,
+        description="so long before t = 0 the fluid comes to rest, its velocities decaying [s]; for blocks that fit no lattice",
+    )
     dt: Positive | None = Field(None, description="constant time step [s]; default: from cfl")
     cfl: Positive | None = Field(None, description="dt = cfl min(h/(c0 + |v|), sqrt(h/|a|)); default: the integrator's")
 

@@ -50,7 +50,7 @@ def mirror_laws(chosen, position, mirror, direction, turned, wall, found, used, 
             for d in range(dim):
                 values[g, d] = wall[g, d]
             values[g, dim + 1] = 0.0
-            values[g, dim] = density_of(0.0, state)
+            values[g, dim] = rho0
             continue
         pressure, normal_speed = found[k, dim], 0.0
         for d in range(dim):

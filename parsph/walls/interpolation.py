@@ -21,7 +21,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..columns import strip_offset
+from ..columns import candidates, strip_offset
 from ..jit import jit
 from ..kernels import kernel_value
 from ..linear import solve_symmetric
@@ -31,10 +31,9 @@ NORMALISED, HYDROSTATIC, SHEPARD, SFDI, MLS1, MLS2 = range(1, 7)
 DRY = 0
 HALF_COVERED = 0.5  # sum of V W at the free surface; inside the fluid it is 1
 
-SHEPARD_POWER = 4  # mu of Huang et al.
+PADDING, FAR = 8, 1.0e4  # of the candidates; support radii
 NEAREST = 1e-3  # of R: nearer particles weigh no more in 1/r^2
-WELL_CONDITIONED = {SFDI: 1e-2, MLS1: 1e-2, MLS2: 1e-4}
-_WELL_SFDI, _WELL_MLS1, _WELL_MLS2 = WELL_CONDITIONED.values()
+WELL_CONDITIONED_SFDI, WELL_CONDITIONED_MLS1, WELL_CONDITIONED_MLS2 = 1e-2, 1e-2, 1e-4  # see `solve_symmetric`
 
 
 @dataclass(frozen=True)
@@ -77,18 +76,28 @@ INTERPOLATORS = {
 
 
 @jit
-def fill_basis(apart, degree, basis):
+def convex_weight(method, VW, r2):
+    """The weight of a neighbour for the methods of degree 0; `r2` is (r/R)^2."""
+    if method == SHEPARD:
+        t = max(1.0 - np.sqrt(r2), 0.0)
+        return t * t * t * t / max(r2, NEAREST * NEAREST)
+    return VW
+
+
+@jit
+def fill_basis(apart, count, degree, basis):
     """Write 1, x, y, ... and for degree 2 the products x x, x y, y y, ... of `apart` to `basis`; return how many."""
-    basis[0] = 1.0
+    basis[0, :count] = 1.0
     size = 1
-    if degree > 0:
-        for d in range(len(apart)):
-            basis[size] = apart[d]
-            size += 1
+    for d in range(len(apart)):
+        for j in range(count):
+            basis[size, j] = apart[d, j]
+        size += 1
     if degree > 1:
         for d in range(len(apart)):
             for e in range(d, len(apart)):
-                basis[size] = apart[d] * apart[e]
+                for j in range(count):
+                    basis[size, j] = apart[d, j] * apart[e, j]
                 size += 1
     return size
 
@@ -97,78 +106,81 @@ def fill_basis(apart, degree, basis):
 def polynomial_shapes(apart, weights, count, degree, least, work, shapes):
     """Set `shapes` to those of a least-squares polynomial at apart = 0; return False where it is not determined."""
     matrix, vector, basis = work
-    size = fill_basis(apart[0], degree, basis)
+    size = fill_basis(apart, count, degree, basis)
     if count < size:
         return False
-    matrix[:size, :size] = 0.0
-    for j in range(count):
-        fill_basis(apart[j], degree, basis)
-        for a in range(size):
-            for b in range(a, size):
-                matrix[a, b] += weights[j] * basis[a] * basis[b]
     for a in range(size):
         vector[a] = 0.0
-        for b in range(a):
-            matrix[a, b] = matrix[b, a]
+        for j in range(count):
+            shapes[j] = weights[j] * basis[a, j]
+        for b in range(a, size):
+            total = 0.0
+            for j in range(count):
+                total += shapes[j] * basis[b, j]
+            matrix[a, b] = total
+            matrix[b, a] = total
     vector[0] = 1.0
     if not solve_symmetric(matrix, vector, size, least):
         return False
+    shapes[:count] = 0.0
+    for a in range(size):
+        factor = vector[a]
+        for j in range(count):
+            shapes[j] += factor * basis[a, j]
     for j in range(count):
-        fill_basis(apart[j], degree, basis)
-        shape = 0.0
-        for a in range(size):
-            shape += vector[a] * basis[a]
-        shapes[j] = weights[j] * shape
+        shapes[j] *= weights[j]
     return True
 
 
 @jit
 def difference_shapes(kernel, apart, count, reach_over_h, work, shapes):
     """Set `shapes` to those of SFDI; return False where the differences do not determine a gradient."""
-    matrix, vector, _ = work
-    dim = apart.shape[1]
-    nearest, least = 0, 1e300
-    for j in range(count):
-        r2 = 0.0
-        for d in range(dim):
-            r2 += apart[j, d] * apart[j, d]
-        if r2 < least:
-            nearest, least = j, r2
+    matrix, vector, basis = work
+    dim = len(apart)
     if count < dim + 1:
         return False
-    matrix[:dim, :dim] = 0.0
+    nearest, least = 0, np.inf
     for j in range(count):
         r2 = 0.0
         for d in range(dim):
-            r2 += (apart[j, d] - apart[nearest, d]) ** 2
+            r2 += apart[d, j] * apart[d, j]
+        if r2 < least:
+            nearest, least = j, r2
+    for j in range(count):
+        r2 = 0.0
+        for d in range(dim):
+            basis[d, j] = apart[d, j] - apart[d, nearest]
+            r2 += basis[d, j] * basis[d, j]
         shapes[j] = kernel_value(kernel, np.sqrt(r2) * reach_over_h) / max(r2, NEAREST * NEAREST)
-        for a in range(dim):
-            for b in range(dim):
-                matrix[a, b] += shapes[j] * (apart[j, a] - apart[nearest, a]) * (apart[j, b] - apart[nearest, b])
-    for d in range(dim):
-        vector[d] = -apart[nearest, d]
-    if not solve_symmetric(matrix, vector, dim, _WELL_SFDI):
+    for a in range(dim):
+        for b in range(dim):
+            total = 0.0
+            for j in range(count):
+                total += shapes[j] * basis[a, j] * basis[b, j]
+            matrix[a, b] = total
+        vector[a] = -apart[a, nearest]
+    if not solve_symmetric(matrix, vector, dim, WELL_CONDITIONED_SFDI):
         return False
     rest = 1.0
     for j in range(count):
-        shape = 0.0
+        slope = 0.0
         for d in range(dim):
-            shape += vector[d] * (apart[j, d] - apart[nearest, d])
-        shapes[j] *= shape
+            slope += vector[d] * basis[d, j]
+        shapes[j] *= slope
         rest -= shapes[j]
     shapes[nearest] += rest
     return True
 
 
 @jit
-def shape_functions(method, kernel, apart, kernels, count, reach_over_h, work, weights, shapes):
+def shape_functions(method, kernel, apart, kernels, count, reach_over_h, work, shapes):
     """Set the shape functions of neighbours at a point.
 
     Parameters
     ----------
     method, kernel : int
         Codes.
-    apart : ndarray, shape (>= count, dim)
+    apart : ndarray, shape (dim, >= count)
         Neighbours less the point, over R.
     kernels : ndarray, shape (>= count,)
         V W of the neighbours, in any unit.
@@ -176,8 +188,8 @@ def shape_functions(method, kernel, apart, kernels, count, reach_over_h, work, w
         Number of neighbours, all nearer than R.
     reach_over_h : float
     work : tuple of ndarray
-        Room for a matrix, a vector and a basis.
-    weights, shapes : ndarray, shape (>= count,)
+        Room for a matrix, a vector, and a basis of all neighbours: see `room_for`.
+    shapes : ndarray, shape (>= count,)
         Written.
 
     Returns
@@ -185,40 +197,46 @@ def shape_functions(method, kernel, apart, kernels, count, reach_over_h, work, w
     int
         The method that it came to, DRY where there is no fluid.
     """
-    total = 0.0
-    for j in range(count):
-        if method == SHEPARD:
-            r2 = 0.0
-            for d in range(apart.shape[1]):
-                r2 += apart[j, d] * apart[j, d]
-            weights[j] = max(1.0 - np.sqrt(r2), 0.0) ** SHEPARD_POWER / max(r2, NEAREST * NEAREST)
-        else:
-            weights[j] = kernels[j]
-        total += weights[j]
-    if not total > 0.0:
-        return DRY
     if method == MLS2:
-        if polynomial_shapes(apart, weights, count, 2, _WELL_MLS2, work, shapes):
+        if polynomial_shapes(apart, kernels, count, 2, WELL_CONDITIONED_MLS2, work, shapes):
             return MLS2
         method = MLS1
     if method == MLS1:
-        if polynomial_shapes(apart, weights, count, 1, _WELL_MLS1, work, shapes):
+        if polynomial_shapes(apart, kernels, count, 1, WELL_CONDITIONED_MLS1, work, shapes):
             return MLS1
         method = NORMALISED
     if method == SFDI:
         if difference_shapes(kernel, apart, count, reach_over_h, work, shapes):
             return SFDI
         method = NORMALISED
+    total = 0.0
     for j in range(count):
-        shapes[j] = weights[j] / total
+        r2 = 0.0
+        for d in range(len(apart)):
+            r2 += apart[d, j] * apart[d, j]
+        shapes[j] = convex_weight(method, kernels[j], r2)
+        total += shapes[j]
+    if not total > 0.0:
+        return DRY
+    for j in range(count):
+        shapes[j] /= total
     return method
+
+
+@jit
+def room_for(dim, neighbours):
+    """Return the `work` of `shape_functions` for so many neighbours."""
+    size = (dim + 1) * (dim + 2) // 2
+    return np.empty((size, size)), np.empty(size), np.empty((size, neighbours))
 
 
 @lru_cache
 def compiled_interpolation(dim, kernel, method):
     """Return the pass that interpolates pressure and velocity at points, for these codes; numbers at run time."""
     strips = 3 ** (dim - 1)
-    size = (dim + 1) * (dim + 2) // 2
+    convex = method in (NORMALISED, HYDROSTATIC, SHEPARD)
+    # rows of the scratch: velocity, pressure, pressure head, volume, V W, weight; after the position
+    first_pressure, first_head, first_volume, VW, first_weight = 2 * dim, 2 * dim + 1, 2 * dim + 2, 2 * dim + 3, 2 * dim + 4
 
     def interpolate(rows, tags, starts, points, cells, grid, numbers, gravity, values, used):
         """Write (velocity, pressure) at `points` in the local `cells` (equal ones follow each other) to `values`, and the
@@ -232,67 +250,92 @@ def compiled_interpolation(dim, kernel, method):
         stride = 1
         for d in range(1, dim):
             stride *= shape[d]
-        reach2, reach_over_h = cell_size * cell_size, cell_size / h
-        room = 64
-        chosen, apart = np.empty(room, np.int64), np.empty((room, dim))
-        kernels, weights, shapes = np.empty(room), np.empty(room), np.empty(room)
-        lowest, highest = np.empty(dim + 1), np.empty(dim + 1)
-        work = np.empty((size, size)), np.empty(size), np.empty(size)
-        fluid, fluid_count, gathered = np.empty(room, np.int64), 0, -1
+        most = 0
+        for k in range(len(points)):
+            most = max(most, candidates(starts, cells[k], strips, stride, shape))
+        around = np.zeros((first_weight + 1, (most // PADDING + 1) * PADDING))
+        pressures, heads, volumes = around[first_pressure], around[first_head], around[first_volume]
+        kernels, weights = around[VW], around[first_weight]
+        near, apart, shapes = np.empty(most + 1, np.int64), np.empty((dim, most + 1)), np.empty(most + 1)
+        nearby, levels = np.empty((dim + 1, most + 1)), np.empty(most + 1)
+        place, work = np.empty(dim), room_for(dim, most + 1)
+        reach_over_h, gathered, count, padded = cell_size / h, -1, 0, 0
         for k in range(len(points)):
             if cells[k] != gathered:  # points of one cell share their candidates
-                gathered, fluid_count, total = cells[k], 0, 0
+                gathered, count = cells[k], 0
                 for strip in range(strips):
-                    offset = strip_offset(strip, strips, stride, shape)
-                    total += starts[gathered + offset + 2] - starts[gathered + offset - 1]
-                if total > room:
-                    room = 2 * total
-                    chosen, apart = np.empty(room, np.int64), np.empty((room, dim))
-                    kernels, weights, shapes = np.empty(room), np.empty(room), np.empty(room)
-                    fluid = np.empty(room, np.int64)
-                for strip in range(strips):
-                    offset = strip_offset(strip, strips, stride, shape)
-                    for j in range(starts[gathered + offset - 1], starts[gathered + offset + 2]):
-                        fluid[fluid_count] = j
-                        fluid_count += tags[j] < FIRST_GHOST
-            count = 0
-            for c in range(fluid_count):
-                j = fluid[c]
-                r2 = 0.0
-                for d in range(dim):
-                    r2 += (rows[j, d] - points[k, d]) ** 2
-                chosen[count] = j
-                count += r2 < reach2
-            covered = 0.0
-            for c in range(count):
-                j = chosen[c]
-                r2 = 0.0
-                for d in range(dim):
-                    apart[c, d] = (rows[j, d] - points[k, d]) / cell_size
-                    r2 += apart[c, d] * apart[c, d]
-                kernels[c] = rows[j, 2 * dim + 2] / rows[j, 2 * dim] * kernel_value(kernel, np.sqrt(r2) * reach_over_h)
-                covered += norm * kernels[c]
-            used[k] = shape_functions(method, kernel, apart, kernels, count, reach_over_h, work, weights, shapes)
+                    middle = gathered + strip_offset(strip, strips, stride, shape)
+                    for j in range(starts[middle - 1], starts[middle + 2]):
+                        if tags[j] >= FIRST_GHOST:
+                            continue
+                        head = 0.0
+                        for d in range(dim):
+                            around[d, count] = rows[j, d] / cell_size
+                            around[dim + d, count] = rows[j, dim + d]
+                            head += rho0 * gravity[d] * rows[j, d]
+                        pressures[count] = rows[j, 2 * dim + 1]
+                        heads[count] = head
+                        volumes[count] = rows[j, 2 * dim + 2] / rows[j, 2 * dim]
+                        count += 1
+                padded = (count + PADDING - 1) // PADDING * PADDING
+                for c in range(count, padded):
+                    around[:, c] = 0.0
+                    around[0, c] = FAR
             for d in range(dim + 1):
                 values[k, d] = 0.0
-            if used[k] == DRY:
+            used[k] = DRY
+            if count == 0:
                 continue
-            lowest[:] = np.inf
-            highest[:] = -np.inf
-            for c in range(count):
-                j = chosen[c]
-                pressure, head = rows[j, 2 * dim + 1], 0.0
+            head, covered, total, pressure = 0.0, 0.0, 0.0, 0.0
+            for d in range(dim):
+                head += rho0 * gravity[d] * points[k, d]
+                place[d] = points[k, d] / cell_size
+            for c in range(padded):
+                r2 = 0.0
                 for d in range(dim):
-                    velocity = rows[j, dim + d]
-                    values[k, d] += shapes[c] * velocity
-                    lowest[d], highest[d] = min(lowest[d], velocity), max(highest[d], velocity)
-                    head += rho0 * gravity[d] * (points[k, d] - rows[j, d])
-                values[k, dim] += shapes[c] * (pressure + head if method == HYDROSTATIC else pressure)
-                lowest[dim], highest[dim] = min(lowest[dim], pressure + head), max(highest[dim], pressure + head)
-            if covered < HALF_COVERED:
-                lowest[dim] = max(lowest[dim], 0.0)
-                highest[dim] = max(highest[dim], 0.0)
-            for d in range(dim + 1):
-                values[k, d] = min(max(values[k, d], lowest[d]), highest[d])
+                    away = around[d, c] - place[d]
+                    r2 += away * away
+                kernels[c] = volumes[c] * kernel_value(kernel, np.sqrt(r2) * reach_over_h)
+                covered += kernels[c]
+                if convex:
+                    weights[c] = convex_weight(method, kernels[c], r2)
+                    total += weights[c]
+                    if method == HYDROSTATIC:
+                        pressure += weights[c] * (pressures[c] - heads[c] + head)
+                    else:
+                        pressure += weights[c] * pressures[c]
+            if not covered > 0.0:
+                continue
+            if convex:
+                used[k] = method
+                for d in range(dim):
+                    velocity = 0.0
+                    for c in range(padded):
+                        velocity += weights[c] * around[dim + d, c]
+                    values[k, d] = velocity / total
+                values[k, dim] = pressure / total
+            else:
+                neighbours = 0
+                for c in range(count):
+                    near[neighbours] = c
+                    neighbours += kernels[c] > 0.0
+                for n in range(neighbours):
+                    c = near[n]
+                    for d in range(dim):
+                        apart[d, n] = around[d, c] - place[d]
+                        nearby[d, n] = around[dim + d, c]
+                    nearby[dim, n] = pressures[c]
+                    levels[n] = pressures[c] - heads[c] + head
+                    weights[n] = kernels[c]
+                used[k] = shape_functions(method, kernel, apart, weights, neighbours, reach_over_h, work, shapes)
+                for d in range(dim + 1):
+                    value, lowest, highest = 0.0, np.inf, -np.inf
+                    for n in range(neighbours):
+                        value += shapes[n] * nearby[d, n]
+                        limit = levels[n] if d == dim else nearby[d, n]
+                        lowest, highest = min(lowest, limit), max(highest, limit)
+                    values[k, d] = min(max(value, lowest), highest)
+            if norm * covered < HALF_COVERED:
+                values[k, dim] = max(values[k, dim], 0.0)
 
     return jit(interpolate)
