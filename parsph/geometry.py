@@ -18,10 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 from shapely.geometry import LineString, Polygon
 
 from .errors import SceneError
 
+PUSHES = 200
+CROWDED = 0.35  # spacings: ghosts nearer to each other are one
 SHARP_TURN = math.radians(20)  # bends beyond it are corners; below, the line is round
 
 
@@ -155,9 +158,9 @@ class Boundary:
 
     def __init__(self, outlines, dx, reach):
         self.outlines, self.dx, self.reach = outlines, dx, reach
-        self._tolerance = 1e-6 * dx
+        self._tolerance, self._thickness = 1e-6 * dx, 2 * reach + 2 * dx
         self.solids = {number: self._solid(number) for number in outlines}
-        self.solid = shapely.union_all(list(self.solids.values()))
+        self.solid = shapely.union_all([*self.solids.values(), *self._joints()])
         self.edges, self.part = self._wetted({n: self._prolonged(n).edges for n in outlines})
         along = self.edges[:, 1] - self.edges[:, 0]
         self.normals = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
@@ -184,14 +187,28 @@ class Boundary:
 
     def _solid(self, number):
         """Return what is solid behind an outline: the polygon itself, or a band thick enough for all ghosts."""
-        outline, thickness = self._prolonged(number), 2 * self.reach + 2 * self.dx
+        outline = self._prolonged(number)
         if outline.fluid == "outside":
             return Polygon(outline.points)
         if outline.fluid == "inside":
             inner = Polygon(outline.points)
-            return inner.buffer(thickness, join_style="mitre").difference(inner)
-        side = -thickness if outline.fluid == "left" else thickness
-        return LineString(outline.points).buffer(side, single_sided=True, join_style="mitre")
+            return inner.buffer(self._thickness, join_style="mitre").difference(inner)
+        return self._band(outline.edges)
+
+    def _band(self, edges):
+        """Return the band behind consecutive edges with the fluid at their left."""
+        line = LineString([*edges[:, 0], edges[-1, 1]])
+        return line.buffer(-self._thickness, single_sided=True, join_style="mitre")
+
+    def _joints(self):
+        """Return the bands behind the corners where one open line goes on in another."""
+        lines = [outline.edges for outline in self.outlines.values() if not outline.closed]
+        joints = []
+        for before in lines:
+            for after in lines:
+                if np.linalg.norm(before[-1, 1] - after[0, 0]) <= self._tolerance:
+                    joints.append(self._band(np.stack([before[-1], [before[-1, 1], after[0, 1]]])))
+        return joints
 
     def _wetted(self, edges_of):
         """Return what of the edges, by outline, is not inside the merged solid: edges, shape (n, 2, 2), and their outlines."""
@@ -222,10 +239,10 @@ class Boundary:
         """Return the `Ghosts` of this boundary."""
         rings = []
         for layer in range(math.ceil(self.reach / self.dx - 0.5)):
-            inset = self.solid.buffer(-(layer + 0.5) * self.dx, join_style="mitre", mitre_limit=2.0)
-            rings += [_sampled(ring, self.dx) for ring in _rings(inset)]
+            rings += [_sampled(ring, self.dx) for ring in self._inset_rings((layer + 0.5) * self.dx)]
         position = np.concatenate([points for points, _ in rings])
         volume = np.concatenate([lengths * self.dx for _, lengths in rings])
+        position, volume = _merged(position, volume, self.dx)
         feet, distance = _feet(position, self.edges)
         near = distance.min(axis=1) < self.reach
         position, volume, feet, distance = position[near], volume[near], feet[near], distance[near]
@@ -233,17 +250,24 @@ class Boundary:
         mirror, direction, through = (np.array(values) for values in zip(*ways, strict=True))
         return Ghosts(position, mirror, direction, through, volume, self.part[distance.argmin(axis=1)])
 
+    def _inset_rings(self, depth):
+        """Return the lines at a `depth` [m] inside the solid, those in the middle of solids twice as thick among them."""
+        hair = 1e-3 * self.dx
+        inset, wider = (self.solid.buffer(-d, join_style="mitre", mitre_limit=2.0) for d in (depth, depth - hair))
+        slivers = [part for part in getattr(wider, "geoms", [wider]) if part.area < 2 * hair * part.length]
+        return _rings(inset) + [ring for sliver in slivers for ring in _rings(sliver)]
+
     def _way(self, position, feet, distance):
         """Return (mirror point, direction, whether mirrored through a point) of a ghost, from its feet on all edges."""
         nearest = distance.argmin()
         foot, normal, s = feet[nearest], self.normals[nearest], distance[nearest]
-        ties = np.flatnonzero(distance <= s + self._tolerance)
+        ties = np.flatnonzero(distance <= s + 10 * self._tolerance)
         corner = _shared_vertex(self.edges[ties], self._tolerance)
         if corner is None:
             return foot + min(s, 0.5 * self._free_way(foot, normal)) * normal, normal, False
         bisector = unit(self.normals[ties].sum(axis=0))
         direction, through = bisector, False
-        if np.linalg.norm(feet[ties] - corner, axis=1).max() <= self._tolerance:  # a corner of the fluid, or a bend
+        if np.linalg.norm(feet[ties] - corner, axis=1).max() <= 10 * self._tolerance:  # a corner of the fluid, or a bend
             through = bool(self.normals[ties[0]] @ self.normals[ties[-1]] < math.cos(SHARP_TURN))
             direction = unit(corner - position)
             if self._free_way(corner, direction) == 0.0:
@@ -270,18 +294,19 @@ class Boundary:
 
     def pushed_off(self, points, gap):
         """Return `points`, shape (n, 2), those nearer to a wall than `gap` moved away from it [m]."""
-        points = points.copy()
-        near = np.flatnonzero(shapely.distance(self._lines, shapely.points(points)) < (1 - 1e-9) * gap)
-        if len(near):
-            _, distance = _feet(points[near], self.edges)
-            nearest = distance.argmin(axis=1)
-            rows = np.arange(len(near))
-            points[near] += self.normals[nearest] * (gap - distance[rows, nearest])[:, None]
+        points, lines = points.copy(), shapely.MultiLineString([LineString(edge) for edge in self.edges])
+        for _ in range(PUSHES):  # what moves off one wall of a corner may come near the other
+            near = np.flatnonzero(shapely.distance(lines, shapely.points(points)) < (1 - 1e-9) * gap)
+            if not len(near):
+                break
+            feet, distance = _feet(points[near], self.edges)
+            nearest, rows = distance.argmin(axis=1), np.arange(len(near))
+            foot, away = feet[rows, nearest], distance[rows, nearest][:, None]
+            direction = np.where(
+                away > self._tolerance, (points[near] - foot) / np.maximum(away, self._tolerance), self.normals[nearest]
+            )
+            points[near] = foot + gap * direction
         return points
-
-    @property
-    def _lines(self):
-        return shapely.MultiLineString([LineString(edge) for edge in self.edges])
 
     # --- surface and faults -----------------------------------------------------------------------------------------
 
@@ -338,7 +363,11 @@ class Boundary:
         outline = self.outlines[number]
         if outline.fluid == "outside":
             return 0.0, None
-        hidden = shape.difference(Polygon(outline.points)) if outline.closed else shape.intersection(self.solids[number])
+        grid = {"grid_size": self._tolerance}  # slanting edges that are equal but for rounding defeat the exact overlay
+        if outline.closed:
+            hidden = shapely.difference(shape, Polygon(outline.points), **grid)
+        else:
+            hidden = shapely.intersection(shape, self.solids[number], **grid)
         return hidden.area, np.array(hidden.representative_point().coords[0]) if hidden.area else None
 
     def ends_in(self, number, shapes):
@@ -348,13 +377,21 @@ class Boundary:
             return []
         ends = {0: self.free_ends(number)[0], len(outline.points) - 1: self.free_ends(number)[1]}
         inner = [shape.buffer(-0.5 * self.dx) for shape in shapes]
-        wet = {end: min(shape.distance(shapely.Point(outline.points[end])) for shape in inner) < 0.5 * self.dx for end in ends}
+        near = 0.5 * self.dx + self._tolerance
+        wet = {end: min(shape.distance(shapely.Point(outline.points[end])) for shape in inner) < near for end in ends}
         return [end for end, free in ends.items() if free and wet[end]]
 
     def _adjacent(self, point, other):
         """Whether the edge that holds `point` and the edge `other` share a vertex."""
         own = int(_feet(point[None], self.edges)[1].argmin())
         return _shared_vertex(self.edges[[own, other]], self._tolerance) is not None
+
+
+def without(shape, boundaries):
+    """Return what of a shape lies in none of the solids of `boundaries`."""
+    for boundary in boundaries:
+        shape = shapely.difference(shape, boundary.solid, grid_size=1e-6 * boundary.dx)
+    return shape
 
 
 def polygon(points):
@@ -404,6 +441,17 @@ def _rings(area):
         if not polygon.is_empty:
             rings += [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
     return rings
+
+
+def _merged(points, volume, dx):
+    """Return ghosts and their volumes, those that crowd together made one: two sides of a thin solid meet in its middle."""
+    pairs = cKDTree(points).query_pairs(CROWDED * dx, output_type="ndarray")
+    alone, volume = np.ones(len(points), bool), volume.copy()
+    for first, second in pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]:
+        if alone[first] and alone[second]:
+            volume[first] = min(volume[first] + volume[second], dx**2)
+            alone[second] = False
+    return points[alone], volume[alone]
 
 
 def _sampled(ring, dx):

@@ -19,6 +19,8 @@ from .progress import ProgressLog, console, duration, phase_table, size_text
 from .scene.build import build, cuts_of, palette_of
 from .scene.load import load_scene, scene_name, scene_text
 from .scene.plan import costs
+from .scene.solids import fillings_of
+from .walls import INTERPOLATORS
 from .waves import flap_height
 
 
@@ -111,16 +113,19 @@ def load_code(scene, communicator):
 def _touch_code(scene):
     """Make a step with a handful of particles of the same scene, all kinds of walls, zones and gauges included."""
     dx = scene.numerics.dx
-    corner = [min(block.low[d] for block in scene.fluid.blocks) for d in range(scene.dim)]
+    corner = [float(x) - 0.5 * dx for x in fillings_of(scene)[0].first]
     tiny = {"low": corner, "high": [low + 1.01 * dx for low in corner], "depth": scene.fluid.blocks[0].depth}
     keys = json.loads(scene_text(scene))
     keys["fluid"] = {**keys["fluid"], "blocks": [tiny], "level": scene.level}
     keys["numerics"]["c0"] = scene.c0
+    keys["time"]["settle"] = 0.0
     keys["gauges"] = [_moved(gauge, corner) for gauge in keys["gauges"]]
     model = type(scene).model_validate(keys)
     simulation = build(model, Communicator())
     simulation.prepare()
     simulation.step(1e-9)
+    if simulation.density_filter:
+        simulation.filter_densities()
 
 
 def _moved(gauge, place):
@@ -177,11 +182,25 @@ def _summary(scene, simulation, folder, name, wall, processor, particles):
         "phases [s]": simulation.timers.over_ranks(comm),
         "folder": str(folder),
     }
+    if simulation.domain.ghosts:
+        summary["walls"] = _walls_summary(simulation)
     if comm.rank == 0:
         summary["files"] = 1 + sum(1 for path in folder.rglob("*") if path.is_file())  # and the summary itself
         summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
         summary.update(wave_heights(scene, simulation))
     return summary
+
+
+def _walls_summary(simulation):
+    """Return what polygon walls did: ghosts, methods that their interpolation came to, particles stopped; collective."""
+    ghosts, barrier, comm = simulation.domain.ghosts, simulation.domain.barrier, simulation.communicator
+    counts = np.sum(comm.allgather(ghosts.methods_used), axis=0) / simulation.evaluations
+    names = ["dry", *(each.name for each in sorted(INTERPOLATORS.values(), key=lambda each: each.code))]
+    return {
+        "ghosts": ghosts.count,
+        "methods per evaluation": dict(zip(names, counts.tolist(), strict=True)),
+        "stopped": int(sum(comm.allgather(barrier.stopped))),
+    }
 
 
 def wave_heights(scene, simulation):
@@ -213,6 +232,12 @@ def _print_end(simulation, summary):
         f"{summary['steps']:,} steps, {duration(summary['wall [s]'])}, {rate:.2f} M evaluations/s per core; "
         f"{summary['files']} files, {size_text(summary['bytes written'])} in {summary['folder']}"
     )
+    if "walls" in summary:
+        walls = summary["walls"]
+        used = ", ".join(f"{name} {count:,.1f}" for name, count in walls["methods per evaluation"].items() if count)
+        out.print(
+            f"polygon walls: {walls['ghosts']:,} ghosts; per evaluation {used}; {walls['stopped']:,} times a particle stopped"
+        )
     if "wave height [m]" in summary:
         out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")
         for gauge, height in summary["wave height [m]"].items():

@@ -151,7 +151,7 @@ class Simulation:
                 self.domain.stop_at_walls(self.time + dt)
         self.steps, self.last_dt = self.steps + 1, dt
 
-    def _filter_densities(self):
+    def filter_densities(self):
         """Sum all densities anew; the rates belong to other rows and densities then, so they are worked out again."""
         self._arrange(self.time)
         self._finish_halo()
@@ -222,7 +222,7 @@ class Simulation:
         self.step(dt)
         self.time = after
         if self.density_filter and self.steps % self.density_filter.every == 0:
-            self._filter_densities()
+            self.filter_densities()
         self._observe()
         if self.communicator.size > 1 and self.steps % BALANCE_EVERY == 0:
             with self.timers("balance"):

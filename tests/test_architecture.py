@@ -16,7 +16,7 @@ jit parallel schedule timing
 linear
 particles
 kernels states waves
-analysis viz
+analysis measured viz
 columns geometry
 terms damping wavemakers walls
 sweep

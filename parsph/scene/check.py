@@ -7,7 +7,7 @@ import numpy as np
 from ..errors import SceneError, did_you_mean
 from ..io.tables import table_name
 from ..stepping import INTEGRATORS, time_step_limit
-from .solids import fillings_of, wall_faults
+from .solids import fillings_of, polygon_faults, wall_faults
 
 _ONLY_SHALLOW = 'numerics.state = "shallow", or leave it out'
 SIDES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
@@ -28,7 +28,9 @@ def _vector(where, values, dim):
 
 def _shapes(scene):
     """Numbers of components."""
-    faults = []
+    faults = polygon_faults(scene)
+    if faults:
+        return faults
     for d, size in enumerate(scene.domain.size):
         if size <= 0:
             faults.append(SceneError(f"must be > 0 m, not {size}", where=f"domain.size.{d}", cure="an extent > 0 m"))

@@ -39,6 +39,11 @@ class Lattice:
         return int(np.prod([float(n) for n in self.shape]))
 
     @property
+    def first(self):
+        """Where the first particle stands [m]."""
+        return [low + 0.5 * step for low, step in zip(self.low, self.step, strict=True)]
+
+    @property
     def volume(self):
         """What each particle fills [m^dim]."""
         return math.prod(self.step)
@@ -107,6 +112,11 @@ class Filling:
     def count(self):
         """Number of particles."""
         return len(self.position)
+
+    @property
+    def first(self):
+        """Where the first particle stands [m]."""
+        return self.position[0].tolist()
 
     @property
     def volume(self):

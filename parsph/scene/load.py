@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import SceneError, SceneFaults, did_you_mean
 from .check import faults_of
-from .schema import Scene
+from .schema import GAUGE_KINDS, Scene
 
 BUILTIN = resources.files(__package__) / "builtin"
 
@@ -66,7 +66,7 @@ def scene_text(scene):
 def json_schema():
     """Return the JSON Schema of scenes, for editors; nothing is required, since a scene may have a base."""
     schema = Scene.model_json_schema()
-    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker"):
+    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker", "Block"):
         schema["$defs"][section].pop("required", None)
     schema["properties"]["base"] = {"type": "string", "description": "scene that this one starts from: built-in, or a file"}
     del schema["required"]
@@ -164,7 +164,7 @@ def _item(items, number, key):
 
 def fault_of(entry, model=Scene):
     """Turn one of pydantic's findings about a `model` into a fault with the nearest valid key or the key's description."""
-    location = [part for part in entry["loc"] if part not in ("level", "pressure", "energy") or entry["loc"][0] != "gauges"]
+    location = [part for part in entry["loc"] if part not in GAUGE_KINDS or entry["loc"][0] != "gauges"]
     where = ".".join(map(str, location))
     model, field = _resolve(entry["loc"], model)
     if entry["type"] == "extra_forbidden":

@@ -8,11 +8,15 @@ from ..particles import Layout
 from ..progress import console, duration, size_text
 from ..states import EQUATIONS
 from ..stepping import INTEGRATORS, time_step_limit
+from ..terms import FILTERS
+from ..walls import INTERPOLATORS
 from .build import palette_of, state_of, terms_of, walls_of
-from .solids import fillings_of
+from .solids import fillings_of, outlines_of
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
+GRADIENT_PASS = 1.45  # of the same with renormalised gradients
+SECONDS_PER_GHOST = 2.0e-7  # hydrostatic interpolation, half of the ghosts dry
 SECONDS_PER_STEP = 1.0e-4  # what a step costs without particles, measured by `bench`
 BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
 
@@ -22,10 +26,13 @@ def costs(scene):
     layout = Layout(scene.dim, scene.numerics.integrator)
     particles = sum(filling.count for filling in fillings_of(scene))
     step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl)
-    steps = math.ceil(scene.time.end / step)
+    steps = math.ceil((scene.time.end + scene.time.settle) / step)
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
     candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
     precision = 0.72 if scene.numerics.precision == "float32" else 1.0
+    passes = GRADIENT_PASS if scene.numerics.diffusion == "antuono" else 1.0
+    length = sum(math.dist(*edge) for wall in outlines_of(scene) for edge in wall.edges)
+    ghosts = length * scene.reach / scene.numerics.dx**2
     snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
     return {
         "particles": particles,
@@ -33,7 +40,8 @@ def costs(scene):
         "step": step,
         "steps": steps,
         "evaluations": evaluations,
-        "core seconds": evaluations * candidates * SECONDS_PER_CANDIDATE * precision + steps * SECONDS_PER_STEP,
+        "core seconds": evaluations * candidates * SECONDS_PER_CANDIDATE * precision * passes
+        + steps * (SECONDS_PER_STEP + ghosts * SECONDS_PER_GHOST),
         "snapshots": snapshots,
         "disk": snapshots * particles * BYTES_PER_SNAPSHOT_PARTICLE[scene.output.snapshots.precision],
     }
@@ -62,6 +70,17 @@ def print_plan(scene, name):
     table.add_row("time", _plain(equation), _plain(source))
     for wall in walls_of(scene):
         table.add_row(f"{wall.name} wall", f"mirror particles, {wall.law}, {wall.slip} slip", "Szmidt (2013) Figs. 1, 2")
+    if scene.walls.polygons:
+        each = INTERPOLATORS[scene.walls.interpolation]
+        table.add_row("mirror points", _plain(f"{each.name}: {each.equation}"), _plain(each.source))
+    for wall, name in zip(scene.walls.polygons, scene.wall_names, strict=True):
+        parts = ["fixed ghosts", f"{len(wall.points)} points", f"fluid {wall.fluid}", f"{wall.slip} slip"]
+        table.add_row(f"wall {name}", ", ".join(parts + ["moves"] * (wall.motion is not None)), "Marrone et al. (2011)")
+    if n.reinitialise != "none":
+        law = FILTERS[n.reinitialise]
+        table.add_row("densities anew", f"{law.equation}, every {n.reinitialise_every} steps", law.source)
+    if scene.time.settle:
+        table.add_row("settling", f"{scene.time.settle:g} s before t = 0, velocities decaying", "")
     palette = palette_of(scene)
     if palette:
         moves = f"flap hinged at the bed, {math.degrees(palette.amplitude):g} degrees, period {palette.period:g} s"
@@ -73,7 +92,7 @@ def print_plan(scene, name):
             zone.killing != "none"
         )
         table.add_row(f"{zone.side} layer", ", ".join(parts), "Molteni et al. eqs. (2.3), (2.4), section 2")
-    for kind in ("level", "pressure", "energy"):
+    for kind in ("level", "pressure", "energy", "force"):
         count = sum(gauge.kind == kind for gauge in scene.gauges)
         if count:
             table.add_row("gauges", f"{count} x {kind}", "")

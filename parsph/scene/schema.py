@@ -56,11 +56,13 @@ class Block(Section):
     @classmethod
     def _corners(cls, keys):
         """A polygon's low and high are those of its vertices."""
-        points = keys.get("points") if isinstance(keys, dict) else None
-        try:
-            corners = {"low": [min(x) for x in zip(*points, strict=True)], "high": [max(x) for x in zip(*points, strict=True)]}
-        except TypeError:  # no polygon, or none that could be one
+        if not isinstance(keys, dict) or keys.get("points") is None:
             return keys
+        try:
+            axes = list(zip(*keys["points"], strict=True))
+            corners = {"low": [min(axis) for axis in axes], "high": [max(axis) for axis in axes]}
+        except (TypeError, ValueError):  # what is wrong with the points is said of them, not of the corners
+            corners = {"low": [0.0], "high": [0.0]}
         return {**corners, **keys}
 
 
@@ -201,6 +203,7 @@ class ForceGauge(Section):
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
+GAUGE_KINDS = ("level", "pressure", "energy", "force")
 GaugeSection = Annotated[LevelGauge | PressureGauge | EnergyGauge | ForceGauge, Field(discriminator="kind")]
 
 

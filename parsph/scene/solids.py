@@ -22,6 +22,8 @@ def motion_of(wall):
 
 def outlines_of(scene):
     """Return the `Outline` of each polygon wall."""
+    if not scene.walls.polygons:
+        return []
     from ..geometry import Outline
 
     names = zip(scene.wall_names, scene.walls.polygons, strict=True)
@@ -62,11 +64,11 @@ def fillings_of(scene):
 
 
 def _filling(block, lattice, boundaries, dx):
+    from ..geometry import without
+
     shape = _shape(block)
-    area = shape
-    for boundary in boundaries:
-        area = area.difference(boundary.solid)
-    if block.points is None and shape.area - area.area < 1e-9 * dx**2:
+    area = without(shape, boundaries)
+    if block.points is None and shape.area - area.area < 1e-3 * dx**2:
         return lattice
     return Filling(lattice, area, boundaries)
 
@@ -78,16 +80,20 @@ def _shape(block):
     return polygon(block.points or [(left, bottom), (right, bottom), (right, top), (left, top)])
 
 
+def polygon_faults(scene):
+    """Return the faults of polygons in a scene that has not two dimensions, a list of SceneError."""
+    if scene.dim == 2:
+        return []
+    places = [f"fluid.blocks.{number}.points" for number, block in enumerate(scene.fluid.blocks) if block.points]
+    faults = [SceneError("polygons are for 2D", where=place, cure="low and high") for place in places]
+    if scene.walls.polygons:
+        faults.append(SceneError("polygons are for 2D", where="walls.polygons", cure="sides of the domain"))
+    return faults
+
+
 def wall_faults(scene):
     """Return what is wrong with the polygon walls and with the fluid beside them, a list of SceneError."""
     polygons = [number for number, block in enumerate(scene.fluid.blocks) if block.points]
-    if scene.dim != 2:
-        faults = [
-            SceneError("polygons are for 2D", where=f"fluid.blocks.{number}.points", cure="low and high") for number in polygons
-        ]
-        if scene.walls.polygons:
-            faults.append(SceneError("polygons are for 2D", where="walls.polygons", cure="sides of the domain"))
-        return faults
     if not scene.walls.polygons and not polygons:
         return []
     from ..geometry import Outline, outline_faults
@@ -96,6 +102,7 @@ def wall_faults(scene):
     for number, outline in enumerate(outlines_of(scene)):
         where = f"walls.polygons.{number}"
         faults += outline_faults(outline, where, size)
+        faults += _excursion(scene, number, outline)
         if names.index(outline.name) != number or outline.name in ("left", "right", "bottom", "top"):
             faults.append(SceneError(f"{outline.name!r} is taken", where=f"{where}.name", cure="a name of its own"))
     for number in polygons:
@@ -113,10 +120,34 @@ def wall_faults(scene):
     return faults or _wrong_side(scene, boundaries)
 
 
+def _excursion(scene, number, outline):
+    """Faults of a moving wall that leaves the domain."""
+    motion, size = motion_of(scene.walls.polygons[number]), np.array(scene.domain.size)
+    if motion is None:
+        return []
+    points = np.array(outline.points, float)
+    for quarter in (0.25, 0.75):
+        moved = motion.at(motion.period * (math.ceil(motion.ramp / motion.period) + quarter)).place(points)
+        for vertex in np.flatnonzero(((moved < 0) | (moved > size)).any(axis=1)):
+            place = ", ".join(f"{x:.4g}" for x in moved[vertex])
+            why = f"it swings to ({place}) m"
+            cure = "a shorter swing, or a larger domain.size"
+            where = f"walls.polygons.{number}.points.{vertex}"
+            return [SceneError("leaves the domain", where=where, why=why, cure=cure)]
+    return []
+
+
 def _wrong_side(scene, boundaries):
     """Faults of fluid behind walls, and of open walls that end in the fluid."""
     faults, dx = [], scene.numerics.dx
     shapes = [_shape(block) for block in scene.fluid.blocks]
+    for number, shape in enumerate(shapes):
+        for other in range(number):
+            if (scene.fluid.blocks[number].points or scene.fluid.blocks[other].points) and shape.intersection(
+                shapes[other]
+            ).area > 0.5 * dx**2:
+                where = f"fluid.blocks.{number}"
+                faults.append(SceneError(f"overlaps block {other}", where=where, cure="blocks may touch, not overlap"))
     for boundary, _ in boundaries:
         for number, outline in boundary.outlines.items():
             at = f"walls.polygons.{number}"

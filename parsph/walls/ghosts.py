@@ -125,7 +125,7 @@ class FixedGhosts:
         ends = np.cumsum([0, *(len(ghosts.position) for ghosts in tables)])
         spans = zip(ends[:-1], ends[1:], boundaries, strict=True)
         self.parts = [Part(slice(int(a), int(b)), motion) for a, b, (_, _, motion) in spans]
-        self.fallbacks = np.zeros(len(INTERPOLATORS) + 1, np.int64)
+        self.methods_used = np.zeros(len(INTERPOLATORS) + 1, np.int64)
         self._share = None
 
     @property
@@ -199,7 +199,7 @@ class FixedGhosts:
             self.state.constants,
             self.values,
         )
-        self.fallbacks += np.bincount(used, minlength=len(self.fallbacks))
+        self.methods_used += np.bincount(used, minlength=len(self.methods_used))
 
     def give(self, particles, starts):
         """Write the values to the ghost rows of this slab and of its halos."""
