@@ -11,6 +11,8 @@ from . import analysis, viz
 from .errors import SceneError
 from .io.results import Results
 from .progress import console
+from .scene.load import load_scene
+from .scene.solids import motion_of
 
 
 def waves(folder, gauges=None, start=0.0, json_file=None):
@@ -144,7 +146,7 @@ def energy(folder, low=None, high=None, json_file=None):
 
 
 def plot(folder, out=None, field="pressure", snapshot=-1):
-    """Draw particles, levels and energies of a run.
+    """Draw particles and walls, levels, energies, pressures and forces of a run.
 
     Parameters
     ----------
@@ -177,6 +179,7 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
         zones = [results.layer(zone) for zone in scene["damping"]]
         for zone in zones or [None]:
             viz.particles(ax, found["position"][:, [0, dim - 1]], found[field], label, results.level, zone)
+        viz.walls(ax, _walls(results, found["time"]))
     ax.set_title(f"{results.folder.name}, t = {found['time']:.4g} s", fontsize=9)
     written.append(viz.save(drawing, out / f"{field}.png"))
     if results.gauges("level"):
@@ -189,6 +192,13 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
         drawing, ax = viz.figure()
         viz.energy(ax, table["time [s]"], {"kinetic": table["kinetic energy [J]"]})
         written.append(viz.save(drawing, out / f"{name}.png"))
+    for kind, columns in (("pressure", ["pressure [Pa]"]), ("force", ["force x [N/m]", "force up [N/m]"])):
+        for name in results.gauges(kind):
+            table = results.table(name)
+            drawing, ax = viz.figure()
+            curves = {f"{name}, {column.partition(' [')[0]}": table[column] for column in columns}
+            viz.profile(ax, table["time [s]"], curves, "t [s]", f"{kind} {columns[0][columns[0].index('[') :]}")
+            written.append(viz.save(drawing, out / f"{name}.png"))
     for path in written:
         console().print(str(path), markup=False)
 
@@ -223,3 +233,14 @@ def _print(rows, json_file):
     console().print(table)
     if json_file:
         json_file.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+
+
+def _walls(results, time):
+    """Return the polygon walls where they stand at `time` [s], each of shape (n, 2) [m]."""
+    lines = []
+    for wall in load_scene(results.scene).walls.polygons:
+        points, motion = np.array(wall.points, float), motion_of(wall)
+        if wall.fluid in ("inside", "outside"):
+            points = np.vstack([points, points[:1]])
+        lines.append(points if motion is None else motion.at(time).place(points))
+    return lines

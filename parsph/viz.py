@@ -120,6 +120,13 @@ def particles(ax, position, values, label, still_level=None, layer=None, size=No
     return cloud, bar, arrows
 
 
+def walls(ax, lines):
+    """Draw walls, each an array of points, shape (n, 2) [m], over particles."""
+    for points in lines:
+        ax.plot(*points.T, color="0.25", lw=1.2, solid_joinstyle="miter", zorder=3)
+    return ax
+
+
 def levels(ax, t, levels, names, offset=None, style=None, still=None):
     """Draw level records one above the other, the first lowest and true to the axis; return the lines, one a gauge.
 

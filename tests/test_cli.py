@@ -66,7 +66,7 @@ def test_list_names_each_builtin_scene_in_a_line(tmp_path):
     assert result.returncode == 0
     names = [line.split()[0] for line in result.stdout.splitlines()]
     assert names == sorted(names)
-    assert {"pool", "seiche", "still"} <= set(names)
+    assert {"pool", "seiche", "still", "still-tank", "dam-break", "wedge-tank"} <= set(names)
 
 
 def test_plan_says_what_is_modelled_what_is_not_and_what_it_costs(tmp_path):
@@ -227,6 +227,7 @@ def test_verify_refuses_an_unknown_case(tmp_path):
     result = parsph("verify", "nonsense", cwd=tmp_path)
     assert result.returncode == 2
     names = ["seiche", "still", "pool-height", "pool-absorption", "swe-pulse", "swe-dam-break"]
+    names += ["interpolators", "still-tank", "dam-break", "wedge-tank"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
     assert list(verification.CASES) == names

@@ -267,11 +267,21 @@ def test_every_metric_is_described():
         "energy-excess",
         "residual-energy",
         "reflection-ratio",
+        "probe-error",
+        "probe-error-early",
+        "probe-error-largest",
+        "rest-energy",
+        "energy-growth",
+        "plateau",
+        "wall-cost",
+        "step-cost",
+        "stopped",
+        "fallbacks",
     ]
     for name, metric in METRICS.items():
         assert metric.name == name
         assert metric.description.endswith(".")
-        assert metric.unit in ("-", "m")
+        assert metric.unit in ("-", "m", "%", "µs")
 
 
 # --- looked at --------------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from helpers import tank
 
 import parsph
 from parsph.errors import SceneError
-from parsph.scene.build import build
+from parsph.scene.build import build, state_of
 from parsph.scene.load import builtin_names, json_schema, load_scene, scene_name, scene_text
 
 # name: (overrides of the small tank, where, part of what is wrong, part of the cure, which may not be empty)
@@ -372,6 +372,7 @@ def test_there_are_the_scenes_that_the_commands_name():
     assert {"pool", "seiche", "still", "pool-infinite", "pool-reflecting", "pool-impulse"} <= set(builtin_names())
     assert {"swe-pulse", "swe-pulse-infinite", "swe-pulse-reflecting"} <= set(builtin_names())
     assert {"swe-dam-break", "swe-dam-break-dry"} <= set(builtin_names())
+    assert {"still-tank", "dam-break", "dam-break-small", "wedge-tank"} <= set(builtin_names())
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -452,22 +453,39 @@ def test_numbers_that_follow_from_the_keys():
 
 @pytest.mark.parametrize("size", [[1.0], [0.2, 0.3], [0.2, 0.2, 0.3]])
 def test_still_water_begins_in_hydrostatic_balance(size):
-    """p = rho0 g (level - z), density by the inverse state equation, mass = rho dx^dim; in 1D there is no gravity."""
-    dim, level = len(size), 0.2
+    """The exact balance of a column compressed by its own weight; in 1D there is no gravity.
+
+    dp/d(depth) = rho g, p = rho0 g (mean density over the scene's rho0) depth at the bed, mass = rho dx^dim.
+    """
+    dim, level, mean, gravity = len(size), 0.2, 1000.0, 9.81
     high = [*size[:-1], level] if dim > 1 else [0.5]
     keys = {
         "domain": {"size": size},
-        "fluid": {"blocks": [{"low": [0.0] * dim, "high": high}]},
+        "fluid": {"rho0": mean, "blocks": [{"low": [0.0] * dim, "high": high}]},
         "numerics": {"dx": 0.02, "c0": 30.0},
         "time": {"end": 0.0},
     }
-    simulation = build(load_scene(keys))
-    position, density = simulation.field("position"), simulation.field("density")
+    scene = load_scene(keys)
+    simulation = build(scene)
+    position, density, pressure = (simulation.field(name) for name in ("position", "density", "pressure"))
     assert len(position) == round(math.prod(high) / 0.02**dim)
-    pressure = 1000.0 * 9.81 * (level - position[:, -1]) if dim > 1 else 0 * position[:, 0]
-    assert simulation.field("pressure") == pytest.approx(pressure, abs=1e-6)
     assert simulation.field("mass") == pytest.approx(density * 0.02**dim)
     assert sorted(simulation.field("id")) == list(range(len(position)))
+    if dim == 1:
+        assert scene.rho0 == mean
+        assert pressure == pytest.approx(0 * pressure, abs=1e-6)
+        assert density == pytest.approx(mean + 0 * density)
+        return
+    assert scene.rho0 == pytest.approx(mean / (1 + gravity * level / (2 * 30.0**2)))
+    assert density.mean() == pytest.approx(mean, rel=1e-4)
+    depth = level - position[:, -1]
+    assert density == pytest.approx(scene.rho0 * (1 + 6 * gravity * depth / 30.0**2) ** (1 / 6))
+    state = state_of(scene)
+    above, below = (state.pressure(state.still_density(gravity * (depth + shift))) for shift in (-1e-4, 1e-4))
+    assert (below - above) / 2e-4 == pytest.approx(density * gravity, rel=1e-6)
+    assert pressure == pytest.approx(state.pressure(density), abs=1e-6)
+    bed = state.pressure(state.still_density(gravity * level))
+    assert bed == pytest.approx(mean * gravity * level, rel=1e-4)
 
 
 def test_package_offers_scene_and_build():

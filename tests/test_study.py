@@ -723,7 +723,7 @@ def test_without_matplotlib_nothing_is_run(place, command, monkeypatch):
 def test_studies_and_rows_are_listed(place, command):
     code, out, _ = command("study")
     assert code == 0
-    assert [line.split()[0] for line in out.splitlines()] == builtin_names() == ["absorbing-1d", "absorbing-2d"]
+    assert [line.split()[0] for line in out.splitlines()] == builtin_names() == ["absorbing-1d", "absorbing-2d", "walls"]
     code, out, _ = command("study", "hump.toml", "--list")
     assert code == 0
     rows = re.findall(r"^ *(\d+)  (\S+) +([\d,]+) particles", out, re.MULTILINE)

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ..errors import SceneError, SceneFaults, did_you_mean
 from ..scene.load import fault_of, load_scene
 from . import builtin
-from .metrics import METRICS
+from .metrics import COSTS, METRICS
 
 
 @dataclass(frozen=True)
@@ -244,6 +244,11 @@ class StudyFile(_Section):
             SceneError(f"two groups are called {other!r}", where="groups", cure="a name of its own for each")
             for other in {other for other in names if names.count(other) > 1}
         ]
+        taken = {"row", "group", "status", *COSTS, *self.metrics}
+        for number, group in enumerate(self.groups):
+            for axis in taken.intersection(group.axes):
+                why = "the table has a column of that name"
+                faults.append(SceneError(f"{axis!r} is taken", f"groups.{number}.axes", why, "another name for the axis"))
         for number, metric in enumerate(self.metrics):
             faults += metric_faults(metric, f"metrics.{number}", self.references)
         for where, holder in (("", self), *((f"groups.{number}.", group) for number, group in enumerate(self.groups))):

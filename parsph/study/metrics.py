@@ -62,6 +62,17 @@ class Metric:
 
 METRICS = {}
 
+# What every row says of its cost: column, key of the summary (None: a phase of it) and unit.
+COSTS = {
+    "particles": ("particles", ""),
+    "steps": ("steps", ""),
+    "evaluations": ("evaluations", ""),
+    "cpu": ("cpu [s]", "s"),
+    "wall": ("wall [s]", "s"),
+    "damping": (None, "s"),
+    "ranks": ("ranks", ""),
+}
+
 
 def metric(name, unit, roles=(), needs=""):
     """Register a function of (results, references) as the metric `name`; its docstring describes it."""

@@ -7,18 +7,8 @@ import h5py
 import numpy as np
 
 from ..errors import SceneError
-from .metrics import METRICS
+from .metrics import COSTS, METRICS
 from .runner import FINISHED
-
-COSTS = {
-    "particles": ("particles", ""),
-    "steps": ("steps", ""),
-    "evaluations": ("evaluations", ""),
-    "cpu": ("cpu [s]", "s"),
-    "wall": ("wall [s]", "s"),
-    "damping": (None, "s"),
-    "ranks": ("ranks", ""),
-}
 
 
 class StudyTable:
