@@ -16,6 +16,7 @@ from .parallel import Communicator
 from .progress import console
 from .scene.build import build
 from .scene.load import load_scene
+from .walls import INTERPOLATORS
 
 H_OVER_DX = (1.3, 1.7, 2.0)
 PRECISIONS = ("float64", "float32")
@@ -152,19 +153,41 @@ def fixed_cost(steps=2000):
     return best
 
 
-def layer_cost(steps=300):
-    """Return the share of a step that the layer of the default pool takes, half of its particles in it [-]."""
-    simulation = build(load_scene("pool", {"gauges": []}), Communicator())
+def phase_cost(scene, phase, start=20, steps=300):
+    """Return the share of a step that a phase takes [-], after so many steps to `start`."""
+    simulation = build(scene, Communicator())
     simulation.prepare()
-    for _ in range(20):
+    for _ in range(start):
         simulation.advance()
     shares = []
     for _ in range(5):
-        before, begin = simulation.timers.seconds["damping"], time.perf_counter()
+        before, begin = simulation.timers.seconds[phase], time.perf_counter()
         for _ in range(steps // 5):
             simulation.advance()
-        shares.append((simulation.timers.seconds["damping"] - before) / (time.perf_counter() - begin))
+        shares.append((simulation.timers.seconds[phase] - before) / (time.perf_counter() - begin))
     return float(np.median(shares))
+
+
+def costs_of_terms(particles=40_000, repeats=7):
+    """Return {name: time of a step over that of a plain one}: renormalised gradients, tensile control and shifting.
+
+    Plain is pressure, viscosity and diffusion without gradients; all are stepped in turns.
+    """
+    variants = {
+        "plain": {},
+        "renormalised gradients": {"numerics.diffusion": "antuono"},
+        "tensile control and shifting": {"numerics.tensile_control": "sun", "numerics.shifting": "lind"},
+    }
+    keys = bench_scene(particles, 1.5, "float64").model_dump()
+    simulations = {name: jittered(load_scene(keys, overrides)) for name, overrides in variants.items()}
+    times = {name: [] for name in variants}
+    for _ in range(repeats + 1):
+        for name, simulation in simulations.items():
+            dt, begin = simulation.first_step(), time.process_time()
+            simulation.step(dt)
+            times[name].append(time.process_time() - begin)
+    best = {name: min(seconds[1:]) for name, seconds in times.items()}
+    return {name: best[name] / best["plain"] for name in variants if name != "plain"}
 
 
 def bench(json_file=None, particles=100_000, repeats=7):
@@ -181,9 +204,17 @@ def bench(json_file=None, particles=100_000, repeats=7):
     out.print(table)
     cost = fixed_cost()
     out.print(f"fixed cost of a step: {1e6 * cost:.0f} microseconds")
-    share = layer_cost()
-    out.print(f"absorbing layer of the pool: {share:.1%} of a step")
+    share = phase_cost(load_scene("pool", {"gauges": []}), "damping")
+    out.print(f"absorbing layer of the pool, half of its particles in it: {share:.1%} of a step")
+    ratios = costs_of_terms()
+    for name, ratio in ratios.items():
+        out.print(f"a step with {name}: {ratio:.2f} times a plain one")
+    walls = {}
+    for name in INTERPOLATORS:
+        scene = load_scene("dam-break-small", {"gauges": [], "walls.interpolation": name})
+        walls[name] = phase_cost(scene, "ghosts", steps=50)
+        out.print(f"fixed ghosts of the small dam break at its beginning, {name}: {walls[name]:.1%} of a step")
     if json_file:
-        rows.append({"fixed cost of a step [s]": cost, "layer over step": share})
+        rows.append({"fixed cost of a step [s]": cost, "layer over step": share, "ghosts over step": walls, **ratios})
         json_file.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     return rows

@@ -145,8 +145,9 @@ def _print_start(scene, simulation, folder, name, loading, compiled):
         f"  {total:,} particles, dx = {scene.numerics.dx:g} m, h = {scene.h:g} m, c0 = {scene.c0:.4g} m/s, {scene.dim}D; "
         f"{layout.bytes_per_particle()} bytes per particle, {size_text(size)}"
     )
+    settling = f" after {scene.time.settle:g} s of settling" if scene.time.settle else ""
     out.print(
-        f"  to t = {scene.time.end:g} s: about {scene.time.end / step:,.0f} steps of {step:.3g} s "
+        f"  to t = {scene.time.end:g} s{settling}: about {scene.time.end / step:,.0f} steps of {step:.3g} s "
         f"({simulation.integrator.name}), {simulation.communicator.size} rank(s) on {platform.node()}, {how} {loading:.1f} s"
     )
     out.print(f"  output: {folder}")
