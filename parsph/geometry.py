@@ -376,10 +376,12 @@ class Boundary:
         if outline.closed:
             return []
         ends = {0: self.free_ends(number)[0], len(outline.points) - 1: self.free_ends(number)[1]}
-        inner = [shape.buffer(-0.5 * self.dx) for shape in shapes]
-        near = 0.5 * self.dx + self._tolerance
-        wet = {end: min(shape.distance(shapely.Point(outline.points[end])) for shape in inner) < near for end in ends}
+        wet = {end: any(self._wets(shape, outline.points[end]) for shape in shapes) for end in ends}
         return [end for end, free in ends.items() if free and wet[end]]
+
+    def _wets(self, shape, point):
+        """Whether a shape of fluid reaches above a point of it."""
+        return shape.distance(shapely.Point(point)) <= self._tolerance and point[1] < shape.bounds[3] - self._tolerance
 
     def _adjacent(self, point, other):
         """Whether the edge that holds `point` and the edge `other` share a vertex."""

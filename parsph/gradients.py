@@ -44,7 +44,7 @@ def compiled_gradients(dim, kernel, diffusion):
 
     def set_gradients(rows, tags, starts, first_cell, last_cell, grid, numbers, gravity, gradients):
         cell_size, shape = grid
-        h, norm, rho0, inverse_c2 = numbers
+        h, norm, rho0, inverse_c2, gamma = numbers
         stride = 1
         for d in range(1, dim):
             stride *= shape[d]
@@ -71,7 +71,7 @@ def compiled_gradients(dim, kernel, diffusion):
                     zs[o] = rows[j, 2] - middle[2]
                     hydrostatic += gravity[2] * (rows[j, 2] - middle[2])
                 density = rows[j, 2 * dim]
-                ss[o] = diffusing_density(diffusion, density - rho0, rho0 * inverse_c2 * hydrostatic)
+                ss[o] = diffusing_density(diffusion, density - rho0, rho0, gamma, rho0 * inverse_c2 * hydrostatic)
                 Vols[o] = rows[j, 2 * dim + 2] / density
             padded = (count + PADDING - 1) // PADDING * PADDING
             for o in range(count, padded):
@@ -145,7 +145,7 @@ class Gradients:
             grid.stride,
             (slab.columns + 1) * grid.stride,
             (grid.cell, grid.shape),
-            (sweep.h, sweep.kernel.norms[sweep.dim - 1], sweep.rho0, sweep.c0**-2),
+            (sweep.h, sweep.kernel.norms[sweep.dim - 1], sweep.rho0, sweep.c0**-2, sweep.gamma),
             sweep.gravity,
             particles.gradient,
         )

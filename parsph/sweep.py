@@ -51,7 +51,7 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
     def sweep(rows, gradients, tags, starts, first_cell, last_cell, grid, numbers, gravity, acceleration, density_rate, drift):
         cell_size, shape = grid
         reach2 = cell_size * cell_size
-        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h = numbers
+        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h, gamma = numbers
         stride = 1
         for d in range(1, dim):
             stride *= shape[d]
@@ -104,7 +104,7 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                 Ps[o] = rows[j, 2 * dim + 1] * inverse * inverse
                 Vs[o] = inverse
                 if diffusion != 0:
-                    ss[o] = diffusing_density(diffusion, density - rho0, rho0 * inverse_c2 * hydrostatic)
+                    ss[o] = diffusing_density(diffusion, density - rho0, rho0, gamma, rho0 * inverse_c2 * hydrostatic)
                     Vols[o] = mass * inverse
                 if diffusion == ANTUONO:  # halves: a pair takes the mean of two
                     gxs[o] = 0.5 * gradients[j, 0]
@@ -264,6 +264,8 @@ class Sweep:
         Whether pairs are computed in float32.
     h_over_dx, h_growth : float
         In 1D h may grow with the spacing: ``h_a = h_over_dx m_a/rho_a`` within h and h_growth h. A pair has the mean of two.
+    gamma : float
+        Exponent of the state [-]; 1 for the linear one.
     """
 
     kernel: object
@@ -280,6 +282,7 @@ class Sweep:
     single: bool = False
     h_over_dx: float = 2.0
     h_growth: float = 1.0
+    gamma: float = 7.0
 
     @property
     def compiled(self):
@@ -292,7 +295,7 @@ class Sweep:
         norm = self.kernel.norms[self.dim - 1]
         hc = self.h * self.c0
         strengths = self.alpha * hc, self.delta * hc, self.epsilon, self.shift * self.h
-        return self.h, norm, self.rho0, self.c0**-2, *strengths, self.h_over_dx, self.h * self.h_growth
+        return self.h, norm, self.rho0, self.c0**-2, *strengths, self.h_over_dx, self.h * self.h_growth, self.gamma
 
     def __call__(self, particles, starts, slab, first_column, last_column):
         """Set the rates of the fluid in the local columns ``first_column:last_column`` of `slab`."""

@@ -79,6 +79,7 @@ def build(scene, communicator=None, folder=None):
         n.precision == "float32",
         n.h_over_dx,
         n.h_growth,
+        1.0 if n.state == "linear" else n.gamma,
     )
     simulation = Simulation(
         domain,

@@ -102,7 +102,7 @@ def wall_faults(scene):
     for number, outline in enumerate(outlines_of(scene)):
         where = f"walls.polygons.{number}"
         faults += outline_faults(outline, where, size)
-        faults += _excursion(scene, number, outline)
+        faults += _excursion(scene, number, outline) + _near_mirror(scene, number, outline)
         if names.index(outline.name) != number or outline.name in ("left", "right", "bottom", "top"):
             faults.append(SceneError(f"{outline.name!r} is taken", where=f"{where}.name", cure="a name of its own"))
     for number in polygons:
@@ -137,6 +137,28 @@ def _excursion(scene, number, outline):
     return []
 
 
+def _at_mirror(scene, point):
+    """Whether a point lies on a side of the domain that is a mirror wall."""
+    (x, y), (right, top), walls = point, scene.domain.size, scene.walls
+    sides = (walls.left and x == 0, walls.right and x == right, walls.bottom and y == 0, walls.top and y == top)
+    return any(sides)
+
+
+def _near_mirror(scene, number, outline):
+    """Faults of an obstacle that the images of a mirror wall would run into."""
+    if outline.fluid != "outside":
+        return []
+    points, (right, top), walls = np.array(outline.points, float), scene.domain.size, scene.walls
+    gaps = {"left": points[:, 0], "right": right - points[:, 0], "bottom": points[:, 1], "top": top - points[:, 1]}
+    for side, gap in gaps.items():
+        if getattr(walls, side) is not None and gap.min() < scene.reach:
+            why = f"the {side} wall mirrors the fluid, which would land in the obstacle"
+            cure = f"at least {scene.reach:.4g} m away from it, or polygon walls in place of the mirror"
+            where = f"walls.polygons.{number}.points.{int(gap.argmin())}"
+            return [SceneError("an obstacle at a mirror wall", where=where, why=why, cure=cure)]
+    return []
+
+
 def _wrong_side(scene, boundaries):
     """Faults of fluid behind walls, and of open walls that end in the fluid."""
     faults, dx = [], scene.numerics.dx
@@ -159,6 +181,8 @@ def _wrong_side(scene, boundaries):
                     cure = f'another block, or another `fluid` than "{outline.fluid}" at {at}'
                     faults.append(SceneError("fluid on the wrong side", where=f"fluid.blocks.{other}", why=why, cure=cure))
             for vertex in boundary.ends_in(number, shapes):
+                if _at_mirror(scene, outline.points[vertex]):
+                    continue
                 why = "the fluid flows round its end"
                 cure = "end it above the water or at another wall, or close it: an obstacle is a polygon"
                 faults.append(SceneError("an open wall ends in the fluid", f"{at}.points.{vertex}", why, cure))

@@ -5,12 +5,13 @@ All forms add ``delta h c0 sum_b psi_ab . grad_a W_ab V_b`` with ``psi_ab = 2 (s
 
 - Molteni & Colagrossi (2009): s is the density. It diffuses the hydrostatic gradient too, which distorts water at rest
   near the surface and at walls.
-- Fourtakas et al. (2019): s is the density without its hydrostatic part, here in linear form,
-  ``s_b - s_a = rho_b - rho_a - rho0 g . (r_b - r_a) / c0^2``; any direction of gravity.
+- Fourtakas et al. (2019): s is the density without its hydrostatic part. Here ``s = rho0/c0^2 (w - g . x)`` with the enthalpy
+  w of the state, which is the same everywhere in water at rest; ``rho - rho0 - rho0 g . x/c0^2`` to first order (that alone
+  pumps density away from a bed, by 1 % of its pressure in 30 s with c0 = 10 sqrt(g depth)). Any direction of gravity.
 - Antuono et al. (2010): what is linear between a pair is taken off, by the mean of two renormalised gradients (Randles &
   Libersky 1996), ``grad s_a = L_a sum_b (s_b - s_a) grad_a W_ab V_b`` with ``L_a = [sum_b (r_b - r_a) grad_a W_ab V_b]^-1``.
   Here s is without the hydrostatic part as well: the same for the fluid, since a linear part has no effect, and images and
-  ghosts then have no gradient, as the even field at a wall. Isolated particles, det L^-1 < 0.05, have none either.
+  ghosts then have no gradient, as the even field at a wall. Isolated particles, det L^-1 < 0.3, have none either.
 """
 
 from ..jit import jit, like
@@ -31,8 +32,8 @@ DIFFUSIONS = {
     "fourtakas": Term(
         "fourtakas",
         FOURTAKAS,
-        "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b) F_ab m_b/rho_b with s = rho - rho0 (g . x)/c0^2",
-        "Fourtakas et al. (2019), Comput. Fluids 190, 346, hydrostatic part linearised",
+        "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b) F_ab m_b/rho_b with s = rho0/c0^2 (enthalpy - g . x)",
+        "Fourtakas et al. (2019), Comput. Fluids 190, 346, with the enthalpy for their hydrostatic density",
     ),
     "antuono": Term(
         "antuono",
@@ -44,11 +45,16 @@ DIFFUSIONS = {
 
 
 @jit
-def diffusing_density(code, excess, hydrostatic):
-    """The s of a particle from its ``excess = rho - rho0`` and ``hydrostatic = rho0 (g . x)/c0^2``."""
+def diffusing_density(code, excess, rho0, gamma, hydrostatic):
+    """The s of a particle from its ``excess = rho - rho0`` and ``hydrostatic = rho0 (g . x)/c0^2``.
+
+    The enthalpy over c0^2, ``integral of dp/(rho c0^2)``, is e + (gamma - 2)/2 e^2 + (gamma - 2)(gamma - 3)/6 e^3 + ... with
+    ``e = excess/rho0``; gamma is 1 for the linear state.
+    """
     if code == MOLTENI:
         return excess
-    return excess - hydrostatic
+    e = excess / rho0
+    return excess * (1.0 + 0.5 * (gamma - 2.0) * e * (1.0 + (gamma - 3.0) / 3.0 * e)) - hydrostatic
 
 
 @jit

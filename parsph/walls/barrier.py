@@ -112,6 +112,7 @@ class Barrier:
         self._grid, self._slab = grid, slab
         self._still = self._cells_of(self._fixed)
         self._table = self._as_table(self._still)
+        self._tabled = np.full_like(self.edges, np.inf if self._moving else 0.0)
 
     def _cells_of(self, edges):
         """Return pairs (local cell, edge) of cells within reach of `edges`, shape (n, 2)."""
@@ -145,7 +146,8 @@ class Barrier:
             self.edges[span] = now.place(group.edges.reshape(-1, 2)).reshape(-1, 2, 2)
             self.normals[span] = now.turn(group.normals)
             self.motion[span] = [*(now.center + now.offset), *now.offset_rate, now.rate]
-        if self._moving:
+        if self._moving and np.abs(self.edges - self._tabled).max() > 0.5 * self.dx:  # cells are found with a margin of dx
+            self._tabled = self.edges.copy()
             moved = [e for n in self._moving for e in range(self._spans[n].start, self._spans[n].stop)]
             self._table = self._as_table(np.concatenate([self._still, self._cells_of(moved)]))
 

@@ -2,7 +2,7 @@
 
 What a ghost at x_g with mirror point x_m carries (Marrone et al. 2011; Huang et al. 2019 section 2.2):
 
-- ``p_g = p_m + rho0 (g - a_w) . (x_g - x_m)``, the density from the inverse state equation;
+- ``p_g = p_m + rho_m (g - a_w) . (x_g - x_m)``, the density from the inverse state equation;
 - free slip ``v_g = v_m - 2 [(v_m - v_w) . n] n``, through a corner point and for no slip ``v_g = 2 v_w - v_m``;
 - its mass is its density times the volume it stands for;
 - without fluid near its mirror point: p = 0, and the velocity of the wall.
@@ -38,12 +38,12 @@ def stand(rows, tags, cells, end, chosen, position, grid):
 
 
 @jit
-def mirror_laws(chosen, position, mirror, direction, turned, wall, found, used, gravity, rho0, state, values):
+def mirror_laws(chosen, position, mirror, direction, turned, wall, found, used, gravity, state, values):
     """Set (velocity, density, pressure) of the ghosts `chosen` from (velocity, pressure) `found` at their mirror points.
 
     `wall` holds the wall's velocity and acceleration at each ghost's wall point; `turned`: all of the velocity is turned.
     """
-    dim = position.shape[1]
+    dim, rho0, inverse_c2 = position.shape[1], state[1], 1.0 / (state[2] * state[2])
     for k in range(len(chosen)):
         g = chosen[k]
         if used[k] == DRY:
@@ -53,8 +53,9 @@ def mirror_laws(chosen, position, mirror, direction, turned, wall, found, used, 
             values[g, dim] = rho0
             continue
         pressure, normal_speed = found[k, dim], 0.0
+        density = rho0 + max(pressure, 0.0) * inverse_c2
         for d in range(dim):
-            pressure += rho0 * (gravity[d] - wall[g, dim + d]) * (position[g, d] - mirror[g, d])
+            pressure += density * (gravity[d] - wall[g, dim + d]) * (position[g, d] - mirror[g, d])
             normal_speed += (found[k, d] - wall[g, d]) * direction[g, d]
         for d in range(dim):
             if turned[g]:
@@ -195,7 +196,6 @@ class FixedGhosts:
             found,
             used,
             self.gravity,
-            self.rho0,
             self.state.constants,
             self.values,
         )
