@@ -220,7 +220,12 @@ def test_bench_writes_its_table(tmp_path):
     assert {row["precision"] for row in rows} == {"float64", "float32"}
     assert 0 < fixed["fixed cost of a step [s]"] < 0.1
     assert 0 < fixed["layer over step"] < 0.5
-    assert f"absorbing layer of the pool: {fixed['layer over step']:.1%} of a step" in result.stdout
+    assert (
+        f"absorbing layer of the pool, half of its particles in it: {fixed['layer over step']:.1%} of a step" in result.stdout
+    )
+    assert set(fixed["ghosts over step"]) == {"hydrostatic", "mls1", "mls2", "sfdi", "shepard", "normalised"}
+    assert all(0 < share < 1 for share in fixed["ghosts over step"].values())
+    assert fixed["renormalised gradients"] > 1
 
 
 def test_verify_refuses_an_unknown_case(tmp_path):

@@ -84,7 +84,6 @@ def test_ghosts_of_a_tank_continue_the_lattice_of_the_fluid_corners_included():
     assert {tuple(site) for site in lattice[behind & (apart < REACH)]} <= sites
 
 
-# BUG: 5 and 7 fail, geometry.py `ghosts`: where the layers of both sides meet in the middle their common row is missing
 @pytest.mark.parametrize("spacings", [4, 5, 6, 7, 9, 10])
 def test_volumes_of_ghosts_in_a_box_are_the_area_that_they_fill(spacings):
     width, height = spacings * DX, 0.6
@@ -128,7 +127,6 @@ def test_an_end_at_another_wall_is_not_prolonged():
     assert walls.edges.max() == pytest.approx(2)
 
 
-# BUG: both fail, geometry.py `_solid`: the quadrant behind a corner where two open lines meet is in neither band
 @pytest.mark.parametrize(
     "lines",
     [
@@ -178,7 +176,6 @@ def test_ghosts_belong_to_the_outline_nearest_to_them(number):
 # --- what they mirror ----------------------------------------------------------------------------------------------
 
 
-# BUG: the boxes on beds fail, geometry.py `_way`: where `_wetted` cut an edge its end is a little off the corner, by more than
 # `_tolerance` from the foot on the other edge, so the corner counts as one of the solid: bisector, and not through it
 @pytest.mark.parametrize(
     ("outlines", "corner", "turn"),
@@ -387,7 +384,6 @@ def test_points_near_a_wall_are_pushed_off_half_a_spacing_and_others_stay(name):
     assert (moved > 0).sum() > 10
 
 
-# BUG: all fail, geometry.py `pushed_off`: a point near two walls is pushed off the nearer one alone, and may come nearer to the
 # other; one that is nearest to a corner of the solid is moved along the normal of a face, not away from the corner
 @pytest.mark.parametrize("name", ["tank", "basin", "beach", "wedge of 30 degrees", "box"])
 def test_points_at_corners_are_pushed_off_both_walls(name):
@@ -396,7 +392,6 @@ def test_points_at_corners_are_pushed_off_both_walls(name):
     assert heights(walls.pushed_off(points, 0.5 * DX), walls.edges).min() > (0.5 - 1e-3) * DX
 
 
-# BUG: the second and the third fail, geometry.py `behind`: where the edges of the fluid run along slanting faces but for
 # rounding, the overlay of shapely takes all of the fluid for solid
 @pytest.mark.parametrize(
     ("points", "level"),
