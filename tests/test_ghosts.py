@@ -583,7 +583,6 @@ def test_an_outer_corner_lets_pass():
         np.testing.assert_allclose(velocity[0], after, atol=1e-12)
 
 
-# BUG: `stop_at_edges` puts it back on every line that it is less than two spacings behind: it jumps to the corner
 @pytest.mark.parametrize("outline", [BOX, BOX_TURNED], ids=["box", "box from its other corner"])
 @pytest.mark.parametrize("corner", [0, 1, 2, 3])
 @pytest.mark.parametrize("face", [0, 1])

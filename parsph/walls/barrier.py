@@ -39,6 +39,27 @@ class Lines:
 
 
 @jit
+def from_edge(rows, i, edge, normal):
+    """Return how far row `i` is in front of an edge [m], how far along it its foot is [m], and how long the edge is [m]."""
+    x, y = rows[i, 0] - edge[0, 0], rows[i, 1] - edge[0, 1]
+    ax, ay = edge[1, 0] - edge[0, 0], edge[1, 1] - edge[0, 1]
+    length = np.sqrt(ax * ax + ay * ay)
+    return x * normal[0] + y * normal[1], (x * ax + y * ay) / length, length
+
+
+@jit
+def nearest_behind(rows, i, first, last, edge_of, edges, normals, beyond):
+    """Return the edge that row `i` is the least behind, the one it came through; -1 when it is behind none."""
+    nearest, least = -1, -np.inf
+    for m in range(first, last):
+        e = edge_of[m]
+        distance, along, length = from_edge(rows, i, edges[e], normals[e])
+        if least < distance < 0.0 and -beyond[e, 0] <= along <= length + beyond[e, 1]:
+            nearest, least = e, distance
+    return nearest
+
+
+@jit
 def stop_at_edges(rows, tags, starts, cells, first_edge, edge_of, edges, normals, beyond, motion, near, deepest):
     """Take the velocity into a wall from the fluid near it; return how many particles that were.
 
@@ -58,17 +79,16 @@ def stop_at_edges(rows, tags, starts, cells, first_edge, edge_of, edges, normals
         for i in range(starts[cells[k]], starts[cells[k] + 1]):
             if tags[i] >= FIRST_GHOST:
                 break
-            touched = False
+            touched, through = False, nearest_behind(rows, i, first_edge[k], first_edge[k + 1], edge_of, edges, normals, beyond)
             for m in range(first_edge[k], first_edge[k + 1]):
                 e = edge_of[m]
-                x, y = rows[i, 0] - edges[e, 0, 0], rows[i, 1] - edges[e, 0, 1]
-                distance = x * normals[e, 0] + y * normals[e, 1]
-                if not -deepest < distance < near:
+                distance, along, length = from_edge(rows, i, edges[e], normals[e])
+                if not -deepest < distance < near or not -beyond[e, 0] < along < length + beyond[e, 1]:
                     continue
-                ax, ay = edges[e, 1, 0] - edges[e, 0, 0], edges[e, 1, 1] - edges[e, 0, 1]
-                length = np.sqrt(ax * ax + ay * ay)
-                along = (x * ax + y * ay) / length
-                if not -beyond[e, 0] < along < length + beyond[e, 1]:
+                in_corner = along < beyond[e, 0] or along > length - beyond[e, 1]
+                if (
+                    distance < 0.0 and e != through and not in_corner
+                ):  # behind two lines at once: in a corner of the fluid alone
                     continue
                 u = motion[e, 2] - motion[e, 4] * (rows[i, 1] - motion[e, 1])
                 v = motion[e, 3] + motion[e, 4] * (rows[i, 0] - motion[e, 0])

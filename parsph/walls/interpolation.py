@@ -242,8 +242,8 @@ def compiled_interpolation(dim, kernel, method):
         """Write (velocity, pressure) at `points` in the local `cells` (equal ones follow each other) to `values`, and the
         methods that they came to to `used`.
 
-        Nothing is extrapolated beyond the range of the neighbours' velocities, and of their pressures on the level of the
-        point; and where less than half of the kernel lies in the fluid, the pressure is not negative.
+        Least squares extrapolate nothing beyond the range of the neighbours' velocities, and of their pressures on the level
+        of the point; and where less than half of the kernel lies in the fluid, the pressure is not negative.
         """
         cell_size, shape = grid
         h, norm, rho0 = numbers
