@@ -21,7 +21,6 @@ DAM = ("plateau",)
 SHARED = ("energy-growth", "wall-cost", "step-cost", "stopped", "fallbacks")
 GOAL, AT_REST = 0.5, 1e-6  # probe error [%], kinetic over potential energy
 MEASURED, IMPACT = "measured (Buchner)", "P1: p / (rho0 g H) [-]"
-NOISE = 0.2  # of rho0 g H: before the front arrives the measured record has peaks of 0.16
 STEP, WALLS = "CPU per step [ms]", "of it at walls [ms]"
 FASTER, WALLS_FASTER = f"speed-up over {REFERENCE} [-]", "of the work at walls [-]"
 
@@ -175,7 +174,7 @@ def _dam(lines, folder, table, rows):
     dx, own = _middle(rows)
     records = {wall: impact(table.results(row["row"])) for wall, row in own.items()}
     experiment = _buchner(table.results(rows[0]["row"]))
-    there = arrival(*experiment, NOISE)
+    there = arrival(*experiment)
     mean = plateau_of(*experiment, there)
     arrivals = {wall: arrival(*record) for wall, record in records.items()}
     _impacts(lines, folder, dx, records | {MEASURED: experiment}, arrivals | {MEASURED: there})
