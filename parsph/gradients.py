@@ -135,20 +135,18 @@ class Gradients:
 
     def __call__(self, particles, starts, slab):
         """Set the gradients of the fluid of `slab`; those of images and ghosts are zero."""
-        sweep, grid = self.sweep, slab.grid
+        sweep = self.sweep
         particles.gradient[: starts[-1]] = 0.0
-        code = sweep.terms.diffusion.code
-        compiled_gradients(sweep.dim, sweep.kernel.code, code)(
-            particles.shared,
-            particles.tags,
-            starts,
-            grid.stride,
-            (slab.columns + 1) * grid.stride,
-            (grid.cell, grid.shape),
-            (sweep.h, sweep.kernel.norms[sweep.dim - 1], sweep.rho0, sweep.c0**-2, sweep.gamma),
-            sweep.gravity,
-            particles.gradient,
-        )
+        compiled = compiled_gradients(sweep.dim, sweep.kernel.code, sweep.terms.diffusion.code)
+        numbers = sweep.h, sweep.kernel.norms[sweep.dim - 1], sweep.rho0, sweep.c0**-2, sweep.gamma
+        _over_slab(compiled, particles, starts, slab, numbers, sweep.gravity, particles.gradient)
+
+
+def _over_slab(compiled, particles, starts, slab, *rest):
+    """Run a compiled pass over the fluid of all columns of `slab`."""
+    grid = slab.grid
+    cells = grid.stride, (slab.columns + 1) * grid.stride
+    compiled(particles.shared, particles.tags, starts, *cells, (grid.cell, grid.shape), *rest)
 
 
 @lru_cache
@@ -216,16 +214,8 @@ class DensityFilter:
 
     def __call__(self, particles, starts, slab):
         """Replace the densities of the fluid of `slab`; pressures and halos are then out of date."""
-        sweep, grid, p = self.sweep, slab.grid, particles
-        compiled_filter(sweep.dim, sweep.kernel.code, self.law.code)(
-            p.shared,
-            p.tags,
-            starts,
-            grid.stride,
-            (slab.columns + 1) * grid.stride,
-            (grid.cell, grid.shape),
-            (sweep.h, sweep.kernel.norms[sweep.dim - 1]),
-            p.density_rate,
-        )
+        sweep, p = self.sweep, particles
+        compiled = compiled_filter(sweep.dim, sweep.kernel.code, self.law.code)
+        _over_slab(compiled, p, starts, slab, (sweep.h, sweep.kernel.norms[sweep.dim - 1]), p.density_rate)
         rows = p.fluid
         p.shared[rows, p.layout.columns("density")[1]] = p.density_rate[rows, None]
