@@ -203,7 +203,7 @@ def test_a_cycle_through_another_folder_is_found(folder):
 
 def test_an_unknown_base_names_the_near_and_all_others(folder):
     path = write(folder, "mine.toml", 'base = "poool"')
-    with pytest.raises(SceneError, match=r"no scene '.*poool'.*built-in scenes: pool, .*seiche"):
+    with pytest.raises(SceneError, match=r"no scene '.*poool'.*built-in scenes: .*pool, .*seiche"):
         load_scene(path)
     with pytest.raises(SceneError, match="did you mean 'pool'"):
         load_scene({"base": "poool"})

@@ -245,7 +245,7 @@ def _zone(scene, zone):
         killing=zone.killing,
         density_factor=_density_factor(scene, zone),
         level=scene.level,
-        weight=scene.rho0 * abs(scene.gravity[-1]),
+        weight=scene.fluid.rho0 * abs(scene.gravity[-1]),
         surface_pressure=float(state.pressure(scene.level)) if scene.shallow else 0.0,
     )
 

@@ -127,7 +127,7 @@ class FixedGhosts:
         spans = zip(ends[:-1], ends[1:], boundaries, strict=True)
         self.parts = [Part(slice(int(a), int(b)), motion) for a, b, (_, _, motion) in spans]
         self.methods_used = np.zeros(len(INTERPOLATORS) + 1, np.int64)
-        self._share = None
+        self.share = None
 
     @property
     def count(self):
@@ -155,12 +155,7 @@ class FixedGhosts:
 
     def distribute(self, grid, cuts, rank):
         """Work out which ghosts stand in the columns of `rank`, which it interpolates, and who needs those values."""
-        self._share = Share(self, grid, cuts, rank)
-
-    @property
-    def share(self):
-        """What this rank has to do with the ghosts."""
-        return self._share
+        self.share = Share(self, grid, cuts, rank)
 
     def append(self, particles, grid, slab):
         """Append the ghosts of this slab to its particles, without values."""
@@ -172,7 +167,7 @@ class FixedGhosts:
     def interpolate(self, particles, starts, grid):
         """Set the values of the ghosts whose mirror points lie in this slab; the halos must be there."""
         chosen = self.share.mine
-        points, dim = self.mirror[chosen], self.mirror.shape[1]
+        points, dim = self.share.points, self.mirror.shape[1]
         found, used = np.empty((len(chosen), dim + 1)), np.empty(len(chosen), np.int64)
         compiled_interpolation(dim, self.kernel.code, self.interpolator.code)(
             particles.shared,
@@ -215,8 +210,8 @@ class Share:
         Ghosts in its columns.
     mine : ndarray of int
         Ghosts whose mirror points are in its columns, in the order of their cells.
-    cells : ndarray of int
-        Local cells of those mirror points.
+    points, cells : ndarray, shapes (n, dim) and (n,)
+        Those mirror points [m], and their local cells.
     sent, received : dict of int to ndarray
         By rank: whose values go there, and come from there.
     """
@@ -237,6 +232,7 @@ class Share:
         cells = np.ravel_multi_index(tuple(index.T), grid.shape) - (first - 1) * grid.stride
         order = np.argsort(cells, kind="stable")
         self.mine, self.cells = mine[order], cells[order]
+        self.points = ghosts.mirror[self.mine]
         is_mine = inside & (owner == rank)
         takers = np.unique(
             np.searchsorted(cuts, np.clip(column[is_mine][:, None] + [-1, 0, 1], 0, cuts[-1] - 1), side="right") - 1
