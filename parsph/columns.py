@@ -14,6 +14,7 @@ from .jit import jit
 from .particles import FIRST_GHOST
 
 LEFT, RIGHT, DROPPED = -2, -3, -1
+FAR = 1.0e4  # support radii: where particles without mass fill a scratch up; its square is far from the largest float32
 
 
 @dataclass(frozen=True)
@@ -181,6 +182,15 @@ def collect_leavers(cells, first, last, direction, rows):
 def tags_begin_with_fluid(tags, starts, cell):
     """Whether `cell` holds a fluid particle: they come first."""
     return starts[cell] < starts[cell + 1] and tags[starts[cell]] < FIRST_GHOST
+
+
+@jit
+def cells_per_column(shape):
+    """Number of cells in an x-column of a grid of this shape."""
+    stride = 1
+    for d in range(1, len(shape)):
+        stride *= shape[d]
+    return stride
 
 
 @jit

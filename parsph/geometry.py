@@ -162,8 +162,7 @@ class Boundary:
         self.solids = {number: self._solid(number) for number in outlines}
         self.solid = shapely.union_all([*self.solids.values(), *self._joints()])
         self.edges, self.part = self._wetted({n: self._prolonged(n).edges for n in outlines})
-        along = self.edges[:, 1] - self.edges[:, 0]
-        self.normals = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+        self.normals = _normals(self.edges)
 
     def _prolonged(self, number):
         """Return an outline, an open one longer at its free ends, where ghosts are needed a little beyond."""
@@ -324,8 +323,7 @@ class Boundary:
         counts = np.maximum(1, np.round(lengths / self.dx).astype(int))
         edge = np.repeat(np.arange(len(edges)), counts)
         place = np.concatenate([(np.arange(count) + 0.5) / count for count in counts])
-        normals = np.stack([-along[:, 1], along[:, 0]], axis=1) / lengths[:, None]
-        return edges[edge, 0] + place[:, None] * along[edge], normals[edge], (lengths / counts)[edge]
+        return edges[edge, 0] + place[:, None] * along[edge], _normals(edges)[edge], (lengths / counts)[edge]
 
     def faults(self, where):
         """Return what is wrong with the walls together, a list of SceneError; `where` names outlines by their number.
@@ -409,6 +407,12 @@ def contains(area, points):
 def unit(vector):
     """Return the vector over its length."""
     return vector / np.linalg.norm(vector)
+
+
+def _normals(edges):
+    """Return the normals of edges to their left, shape (n, 2)."""
+    along = edges[:, 1] - edges[:, 0]
+    return np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
 
 
 def _cross(a, b):

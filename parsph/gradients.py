@@ -9,11 +9,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from .columns import choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
+from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
-from .sweep import FAR, PADDING
+from .sweep import PADDING
 from .terms.diffusion import LEAST_DETERMINANT, diffusing_density
 from .terms.filter import filtered_density
 
@@ -45,9 +45,7 @@ def compiled_gradients(dim, kernel, diffusion):
     def set_gradients(rows, tags, starts, first_cell, last_cell, grid, numbers, gravity, gradients):
         cell_size, shape = grid
         h, norm, rho0, inverse_c2, gamma = numbers
-        stride = 1
-        for d in range(1, dim):
-            stride *= shape[d]
+        stride = cells_per_column(shape)
         most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
         scratch = np.empty((5, (most // PADDING + 1) * PADDING), real)
         chosen = np.empty(scratch.shape[1], np.int64)
@@ -158,9 +156,7 @@ def compiled_filter(dim, kernel, law):
     def sum_densities(rows, tags, starts, first_cell, last_cell, grid, numbers, densities):
         cell_size, shape = grid
         h, norm = numbers
-        stride = 1
-        for d in range(1, dim):
-            stride *= shape[d]
+        stride = cells_per_column(shape)
         most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
         chosen = np.empty(most + 1, np.int64)
         apart, moments, masses = np.empty(size), np.empty((size, size)), np.empty(size)

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .columns import choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
+from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
@@ -27,7 +27,6 @@ from .terms.xsph import smoothing_weight
 
 PADDING = 16
 SCRATCH_ROWS = 15
-FAR = 1.0e4  # support radii; its square is still far from the largest float32
 
 
 @lru_cache
@@ -52,9 +51,7 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
         cell_size, shape = grid
         reach2 = cell_size * cell_size
         h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h, gamma = numbers
-        stride = 1
-        for d in range(1, dim):
-            stride *= shape[d]
+        stride = cells_per_column(shape)
         most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
         scratch = np.empty((SCRATCH_ROWS, (most // PADDING + 1) * PADDING), real)
         chosen = np.empty(scratch.shape[1], np.int64)

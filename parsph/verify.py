@@ -21,7 +21,7 @@ from .progress import console
 from .scene.build import build
 from .scene.load import load_scene
 from .scene.solids import boundaries_of
-from .study.metrics import arrival, plateau_of
+from .study.metrics import arrival, plateau_of, rms
 from .walls import INTERPOLATORS
 from .walls.interpolation import HYDROSTATIC, room_for, shape_functions
 from .waves import DamBreak, Seiche, flap_height, layer_reflection
@@ -144,14 +144,10 @@ def still(quick):
     bed, energy = (gauge.record() for gauge in simulation.observers)
     weight = scene.fluid.rho0 * scene.domain.gravity * scene.depth
     late = bed[:, 0] > 2.0
-    yield "bed pressure, RMS error after 2 s", 100 * _rms(bed[late, 1] / weight - 1), "% of rho g H", 0.5
+    yield "bed pressure, RMS error after 2 s", 100 * rms(bed[late, 1] / weight - 1), "% of rho g H", 0.5
     lowest = simulation.field("position")[:, 1].min() / scene.numerics.dx
     yield "lowest row off dx/2", lowest - 0.5, "dx", 0.05
     yield "kinetic over potential energy at the end", energy[-1, 2] / energy[-1, 3], "", 1e-6
-
-
-def _rms(values):
-    return math.sqrt(np.mean(np.square(values)))
 
 
 @case
@@ -292,10 +288,10 @@ def interpolators(quick):
         linear = _operator_errors(method.code, 0.1, lambda x, y: -y)
         curved = _operator_errors(method.code, 0.3, lambda x, y: -y + 0.1 * (x * x + x * y - y * y))
         exact = name not in expected
-        yield f"linear field, RMS error, {name}", _rms(linear), "rho g dx", 1e-10 if exact else None
+        yield f"linear field, RMS error, {name}", rms(linear), "rho g dx", 1e-10 if exact else None
         if not exact:
             yield f"linear field, mean error off {expected[name]}, {name}", linear.mean() - expected[name], "rho g dx", 0.03
-        yield f"quadratic field, RMS error, {name}", _rms(curved), "rho g dx", 1e-10 if name == "mls2" else None
+        yield f"quadratic field, RMS error, {name}", rms(curved), "rho g dx", 1e-10 if name == "mls2" else None
 
 
 def _operator_errors(method, jitter, field, count=400):
@@ -344,7 +340,7 @@ def still_tank(quick):
             t, pressure = gauge.record().T
             depth = scene.level - gauge.points[0, 1]
             error = (pressure[t > 5] / weight - depth) / scene.depth
-            yield f"pressure at {gauge.name}, RMS error after 5 s", 100 * _rms(error), "% of rho g H", 0.5
+            yield f"pressure at {gauge.name}, RMS error after 5 s", 100 * rms(error), "% of rho g H", 0.5
         elif "kinetic energy [J]" in gauge.columns:
             energy = gauge.record()
             yield "kinetic over potential energy at the end", energy[-1, 2] / energy[-1, 3], "", 1e-6
@@ -384,9 +380,9 @@ def dam_break(quick):
     yield "particles behind a wall at the end", _behind_walls(scene, simulation), "", 0.0
     yield "ghosts' share of the time", 100 * _share(simulation), "%", 10.0
     raw, aligned, lag = _front_errors(coarse)
-    yield "front: RMS off Martin & Moyce, aligned", 100 * _rms(aligned), "%", 5.0
+    yield "front: RMS off Martin & Moyce, aligned", 100 * rms(aligned), "%", 5.0
     yield "front: lag of Martin & Moyce's", lag, "sqrt(a/2g)", None
-    yield "front: RMS off Martin & Moyce, as it is", 100 * _rms(raw), "%", None
+    yield "front: RMS off Martin & Moyce, as it is", 100 * rms(raw), "%", None
 
 
 def _front_errors(overrides):
@@ -436,7 +432,7 @@ def wedge_tank(quick):
         depth = scene.level - points[:, 1]
         off = pressures_at(simulation, points) / (scene.fluid.rho0 * scene.domain.gravity * depth) - 1
         yield f"pressure along the {name}, largest error", 100 * np.abs(off).max(), "%", 2.0
-        yield f"pressure along the {name}, RMS error", 100 * _rms(off), "%", None
+        yield f"pressure along the {name}, RMS error", 100 * rms(off), "%", None
     energy = next(gauge.record() for gauge in simulation.observers if "kinetic energy [J]" in gauge.columns)
     yield "kinetic over potential energy at the end", energy[-1, 2] / energy[-1, 3], "", None
     yield "particles behind a wall at the end", _behind_walls(scene, simulation), "", 0.0

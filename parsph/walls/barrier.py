@@ -86,9 +86,7 @@ def stop_at_edges(rows, tags, starts, cells, first_edge, edge_of, edges, normals
                 if not -deepest < distance < near or not -beyond[e, 0] < along < length + beyond[e, 1]:
                     continue
                 in_corner = along < beyond[e, 0] or along > length - beyond[e, 1]
-                if (
-                    distance < 0.0 and e != through and not in_corner
-                ):  # behind two lines at once: in a corner of the fluid alone
+                if distance < 0.0 and e != through and not in_corner:  # behind two lines only in a corner of the fluid
                     continue
                 u = motion[e, 2] - motion[e, 4] * (rows[i, 1] - motion[e, 1])
                 v = motion[e, 3] + motion[e, 4] * (rows[i, 0] - motion[e, 0])
@@ -124,7 +122,6 @@ class Barrier:
         self._spans = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self._moving = [n for n, group in enumerate(groups) if group.motion is not None]
         self._fixed = [e for n, span in enumerate(self._spans) if n not in self._moving for e in range(span.start, span.stop)]
-        self._cells = None
         self.stopped = 0
 
     def distribute(self, grid, slab):

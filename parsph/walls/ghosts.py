@@ -85,7 +85,7 @@ class Part:
     Attributes
     ----------
     rows : slice
-    motion : RigidMotion or None
+    motion : Swing or None
     """
 
     rows: slice
@@ -227,13 +227,13 @@ class Share:
 
         first, last = cuts[rank], cuts[rank + 1]
         self.standing = np.flatnonzero(inside & (column >= first) & (column < last))
-        mine = np.flatnonzero(inside & (owner == rank))
+        is_mine = inside & (owner == rank)
+        mine = np.flatnonzero(is_mine)
         index = np.floor((ghosts.mirror[mine] - np.array(grid.low)) / grid.cell).astype(np.int64)
         cells = np.ravel_multi_index(tuple(index.T), grid.shape) - (first - 1) * grid.stride
         order = np.argsort(cells, kind="stable")
         self.mine, self.cells = mine[order], cells[order]
         self.points = ghosts.mirror[self.mine]
-        is_mine = inside & (owner == rank)
         takers = np.unique(
             np.searchsorted(cuts, np.clip(column[is_mine][:, None] + [-1, 0, 1], 0, cuts[-1] - 1), side="right") - 1
         )

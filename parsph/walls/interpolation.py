@@ -21,7 +21,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..columns import candidates, strip_offset
+from ..columns import FAR, candidates, cells_per_column, strip_offset
 from ..jit import jit
 from ..kernels import kernel_value
 from ..linear import solve_symmetric
@@ -31,7 +31,7 @@ NORMALISED, HYDROSTATIC, SHEPARD, SFDI, MLS1, MLS2 = range(1, 7)
 DRY = 0
 HALF_COVERED = 0.5  # sum of V W at the free surface; inside the fluid it is 1
 
-PADDING, FAR = 8, 1.0e4  # of the candidates; support radii
+PADDING = 8  # of the candidates
 NEAREST = 1e-3  # of R: nearer particles weigh no more in 1/r^2
 WELL_CONDITIONED_SFDI, WELL_CONDITIONED_MLS1, WELL_CONDITIONED_MLS2 = 1e-2, 1e-2, 1e-4  # see `solve_symmetric`
 
@@ -247,9 +247,7 @@ def compiled_interpolation(dim, kernel, method):
         """
         cell_size, shape = grid
         h, norm, rho0 = numbers
-        stride = 1
-        for d in range(1, dim):
-            stride *= shape[d]
+        stride = cells_per_column(shape)
         most = 0
         for k in range(len(points)):
             most = max(most, candidates(starts, cells[k], strips, stride, shape))
