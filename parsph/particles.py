@@ -26,7 +26,7 @@ class Field:
     snapshot : bool
         Whether snapshots hold it.
     needed_by : str
-        The integrator that needs it; empty when every scene does.
+        The feature of a scene that needs it, an integrator or a term; empty when every scene does.
     """
 
     name: str
@@ -65,17 +65,18 @@ class Layout:
     ----------
     dim : int
         Number of space dimensions.
-    integrator : str
-        Name of the integrator, which decides what of the beginning of a step is kept.
+    features : tuple of str
+        What the scene names that needs fields of its own: its integrator, which decides what of the beginning of a step is
+        kept, and terms.
     """
 
     dim: int
-    integrator: str
+    features: tuple
 
     @property
     def fields(self):
         """The fields that this scene needs."""
-        return [field for field in FIELDS if field.needed_by in ("", self.integrator)]
+        return [field for field in FIELDS if field.needed_by in ("", *self.features)]
 
     def width(self, part):
         """Return the number of numbers in a row of `part`."""

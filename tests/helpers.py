@@ -65,7 +65,7 @@ def domain_of(grid, fields, walls=(), gravity=None, state=None, reach=None, box=
     tags = np.arange(count) if tags is None else tags
     columns = grid.column_of(fields["position"][:, 0])
     mine = (columns >= cuts[communicator.rank]) & (columns < cuts[communicator.rank + 1])
-    particles = Particles(Layout(dim, "verlet"))
+    particles = Particles(Layout(dim, ("verlet",)))
     particles.add(tags[mine], **{name: values[mine] for name, values in full.items()})
     reach = reach or grid.cell
     wetted = box[1][-1]

@@ -256,7 +256,7 @@ def test_terms_that_a_scene_does_not_name_cost_nothing():
     simulation = build(load_scene(tank()))
     simulation.run()
     assert len(simulation.particles.drift) == 0
-    assert Layout(2, "verlet").width("private") < Layout(2, "midpoint").width("private")
+    assert Layout(2, ("verlet",)).width("private") < Layout(2, ("midpoint",)).width("private")
     fields, sweep = case(2, terms="none")
     loud = dataclasses.replace(sweep, alpha=9.0, delta=9.0, epsilon=9.0)
     a, b = swept(fields, sweep), swept(fields, loud)

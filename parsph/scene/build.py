@@ -53,7 +53,7 @@ def build(scene, communicator=None, folder=None):
     reach = scene.reach
     fillings = fillings_of(scene)
     cuts = _cuts(scene, fillings, communicator.size)
-    particles = Particles(Layout(scene.dim, scene.numerics.integrator))
+    particles = Particles(Layout(scene.dim, scene.features))
     _fill(particles, scene, state, grid, fillings, cuts[communicator.rank], cuts[communicator.rank + 1])
     n, terms = scene.numerics, terms_of(scene)
     particles.summed = n.density == "summation"
@@ -285,6 +285,8 @@ def _initial(scene, state, block, position):
         length, depth = np.subtract(block.high, block.low)
         seiche = Seiche(length, depth, block.amplitude, scene.domain.gravity)
         velocity = seiche.velocity(position - np.array(block.low))
+    if block.pressure is not None:
+        return np.full(len(position), state.density(block.pressure)), velocity
     return state.still_density(abs(scene.gravity[-1]) * (scene.level - position[:, -1])), velocity
 
 

@@ -53,6 +53,10 @@ def _shapes(scene):
 def _shallow(scene):
     """What shallow water needs, and what nothing else can have."""
     n, faults = scene.numerics, []
+    for number, block in enumerate(scene.fluid.blocks):
+        if scene.shallow and block.pressure is not None:
+            why = "the depth decides it"
+            faults.append(SceneError("has no pressure", where=f"fluid.blocks.{number}.pressure", why=why, cure="leave it out"))
     if not scene.shallow:
         for number, block in enumerate(scene.fluid.blocks):
             keys = [key for key in ("depth", "center", "width") if getattr(block, key) is not None]

@@ -23,7 +23,7 @@ BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
 
 def costs(scene):
     """Return {quantity: number}: particles, bytes, steps, evaluations, core seconds, disk bytes of a scene."""
-    layout = Layout(scene.dim, scene.numerics.integrator)
+    layout = Layout(scene.dim, scene.features)
     particles = sum(filling.count for filling in fillings_of(scene))
     step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl)
     steps = math.ceil((scene.time.end + scene.time.settle) / step)
@@ -102,7 +102,7 @@ def print_plan(scene, name):
     if not scene.damping:
         omitted.append("absorbing layer")
     out.print(f"not modelled, not stored, not swept: {', '.join(omitted) or 'nothing'}")
-    fields = Layout(scene.dim, n.integrator).fields
+    fields = Layout(scene.dim, scene.features).fields
     cost = costs(scene)
     out.print(f"fields: {', '.join(f'{field.name} [{state.unit(field)}]' for field in fields)}", markup=False)
     out.print(

@@ -48,6 +48,9 @@ class Block(Section):
         "pulse: a hump that travels to the right (shallow water)",
     )
     amplitude: NotNegative = Field(0.0, description="amplitude of the seiche, height of the pulse [m]")
+    pressure: float | None = Field(
+        None, description="the same pressure everywhere in the block at the beginning [Pa]; default: that of water at rest"
+    )
     depth: Positive | None = Field(None, description="still-water depth [m]; for state shallow, and needed there")
     center: float | None = Field(None, description="where the pulse begins [m]")
     width: Positive | None = Field(None, description="A [m] of the pulse exp(-(x - center)^2/A^2)")
@@ -302,6 +305,11 @@ class Scene(Section):
     def dim(self):
         """Number of space dimensions."""
         return len(self.domain.size)
+
+    @property
+    def features(self):
+        """What needs fields of its own (`parsph.particles.FIELDS`)."""
+        return (self.numerics.integrator,)
 
     @property
     def gravity(self):
