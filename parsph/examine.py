@@ -1,5 +1,6 @@
 """The commands that look at finished runs: folders in, tables and pictures out."""
 
+import itertools
 import json
 from pathlib import Path
 
@@ -238,9 +239,13 @@ def _print(rows, json_file):
 def _walls(results, time):
     """Return the polygon walls where they stand at `time` [s], each of shape (n, 2) [m]."""
     lines = []
-    for wall in load_scene(results.scene).walls.polygons:
-        points, motion = np.array(wall.points, float), motion_of(wall)
+    scene = load_scene(results.scene)
+    for number, wall in enumerate(scene.lines):
+        points, motion = np.array(wall.points, float), motion_of(scene, number)
         if wall.fluid in ("inside", "outside"):
             points = np.vstack([points, points[:1]])
+        if wall.bulge is not None:  # straight at rest
+            parts = np.linspace(0.0, 1.0, 41)[:, None]
+            points = np.concatenate([(1 - parts) * a + parts * b for a, b in itertools.pairwise(points)])
         lines.append(points if motion is None else motion.at(time).place(points))
     return lines

@@ -232,18 +232,33 @@ class Boundary:
                     inner[e, end] |= bool(unit(away) @ self.normals[e] > 1e-9)
         return inner
 
+    def lines(self, pieces=False):
+        """Return the wetted edges, shape (n, 2, 2) [m], their normals, and `inner_ends`; if asked, in `pieces` of about dx."""
+        inner = self.inner_ends()
+        if not pieces:
+            return self.edges, self.normals, inner
+        counts = np.maximum(1, np.round(np.linalg.norm(self.edges[:, 1] - self.edges[:, 0], axis=1) / self.dx).astype(int))
+        edge, last = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts) - 1
+        place = np.concatenate([np.arange(count) / count for count in counts])[:, None]
+        along = self.edges[edge, 1] - self.edges[edge, 0]
+        start = self.edges[edge, 0] + place * along
+        cut = np.stack([start, start + along / counts[edge][:, None]], axis=1)
+        ends = np.zeros((len(edge), 2), bool)
+        ends[last - counts + 1, 0], ends[last, 1] = inner[:, 0], inner[:, 1]
+        return cut, self.normals[edge], ends
+
     # --- ghosts ---------------------------------------------------------------------------------------------------
 
-    def ghosts(self):
-        """Return the `Ghosts` of this boundary."""
+    def ghosts(self, layers=None):
+        """Return the `Ghosts` of this boundary, in so many `layers`; by default as many as the support needs."""
         rings = []
-        for layer in range(math.ceil(self.reach / self.dx - 0.5)):
+        for layer in range(layers or math.ceil(self.reach / self.dx - 0.5)):
             rings += [_sampled(ring, self.dx) for ring in self._inset_rings((layer + 0.5) * self.dx)]
         position = np.concatenate([points for points, _ in rings])
         volume = np.concatenate([lengths * self.dx for _, lengths in rings])
         position, volume = _merged(position, volume, self.dx)
         feet, distance = _feet(position, self.edges)
-        near = distance.min(axis=1) < self.reach
+        near = distance.min(axis=1) < (layers * self.dx if layers else self.reach)
         position, volume, feet, distance = position[near], volume[near], feet[near], distance[near]
         ways = [self._way(*each) for each in zip(position, feet, distance, strict=True)]
         mirror, direction, through = (np.array(values) for values in zip(*ways, strict=True))
@@ -309,8 +324,8 @@ class Boundary:
 
     # --- surface and faults -----------------------------------------------------------------------------------------
 
-    def elements(self, number):
-        """Return the wetted surface of one outline in pieces of about dx.
+    def elements(self, number, length=None):
+        """Return the wetted surface of one outline in pieces of about a `length` [m], by default dx.
 
         Returns
         -------
@@ -320,7 +335,7 @@ class Boundary:
         edges, _ = self._wetted({number: self.outlines[number].edges})
         along = edges[:, 1] - edges[:, 0]
         lengths = np.linalg.norm(along, axis=1)
-        counts = np.maximum(1, np.round(lengths / self.dx).astype(int))
+        counts = np.maximum(1, np.round(lengths / (length or self.dx)).astype(int))
         edge = np.repeat(np.arange(len(edges)), counts)
         place = np.concatenate([(np.arange(count) + 0.5) / count for count in counts])
         return edges[edge, 0] + place[:, None] * along[edge], _normals(edges)[edge], (lengths / counts)[edge]

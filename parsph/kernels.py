@@ -189,7 +189,7 @@ KERNELS = {
             CUBIC_SPLINE,
             2.0,
             (2 / 3, 10 / (7 * math.pi), 1 / math.pi),
-            (1.0, 2.5),
+            (1.0, 5.0),
             "Monaghan & Lattanzio (1985)",
         ),
     )

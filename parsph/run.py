@@ -183,8 +183,9 @@ def _summary(scene, simulation, folder, name, wall, processor, particles):
         "phases [s]": simulation.timers.over_ranks(comm),
         "folder": str(folder),
     }
-    if simulation.domain.ghosts:
-        summary["walls"] = _walls_summary(simulation)
+    walls = _walls_summary(simulation)
+    if walls:
+        summary["walls"] = walls
     if comm.rank == 0:
         summary["files"] = 1 + sum(1 for path in folder.rglob("*") if path.is_file())  # and the summary itself
         summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
@@ -193,15 +194,18 @@ def _summary(scene, simulation, folder, name, wall, processor, particles):
 
 
 def _walls_summary(simulation):
-    """Return what polygon walls did: ghosts, methods that their interpolation came to, particles stopped; collective."""
-    ghosts, barrier, comm = simulation.domain.ghosts, simulation.domain.barrier, simulation.communicator
-    counts = np.sum(comm.allgather(ghosts.methods_used), axis=0) / simulation.evaluations
-    names = ["dry", *(each.name for each in sorted(INTERPOLATORS.values(), key=lambda each: each.code))]
-    return {
-        "ghosts": ghosts.count,
-        "methods per evaluation": dict(zip(names, counts.tolist(), strict=True)),
-        "stopped": int(sum(comm.allgather(barrier.stopped))),
-    }
+    """Return what walls are made of and what they did, {} where there is nothing to tell; collective."""
+    domain, comm, told = simulation.domain, simulation.communicator, {}
+    if domain.ghosts:
+        counts = np.sum(comm.allgather(domain.ghosts.methods_used), axis=0) / simulation.evaluations
+        names = ["dry", *(each.name for each in sorted(INTERPOLATORS.values(), key=lambda each: each.code))]
+        told["ghosts"] = domain.ghosts.count
+        told["methods per evaluation"] = dict(zip(names, counts.tolist(), strict=True))
+    if domain.barrier:
+        told["stopped"] = int(sum(comm.allgather(domain.barrier.stopped)))
+    if domain.markers:
+        told["markers"] = domain.markers.count
+    return told
 
 
 def wave_heights(scene, simulation):
@@ -234,11 +238,13 @@ def _print_end(simulation, summary):
         f"{summary['files']} files, {size_text(summary['bytes written'])} in {summary['folder']}"
     )
     if "walls" in summary:
-        walls = summary["walls"]
-        used = ", ".join(f"{name} {count:,.1f}" for name, count in walls["methods per evaluation"].items() if count)
-        out.print(
-            f"polygon walls: {walls['ghosts']:,} ghosts; per evaluation {used}; {walls['stopped']:,} times a particle stopped"
-        )
+        walls, told = summary["walls"], []
+        if "ghosts" in walls:
+            used = ", ".join(f"{name} {count:,.1f}" for name, count in walls["methods per evaluation"].items() if count)
+            told += [f"{walls['ghosts']:,} ghosts", f"per evaluation {used}", f"{walls['stopped']:,} times a particle stopped"]
+        if "markers" in walls:
+            told.append(f"{walls['markers']:,} markers")
+        out.print(f"walls: {'; '.join(told)}")
     if "wave height [m]" in summary:
         out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")
         for gauge, height in summary["wave height [m]"].items():

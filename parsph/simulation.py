@@ -88,7 +88,7 @@ class Simulation:
                     self.gradients(particles, domain.starts, domain.slab)
                 if self.communicator.size > 1:
                     with timers("halo"):
-                        domain.exchange_gradients()
+                        domain.exchange_edges(particles.gradient)
             with timers("sweep"):
                 self.sweep(particles, domain.starts, domain.slab, 1, columns + 1)
         else:
@@ -100,6 +100,9 @@ class Simulation:
             with timers("sweep"):
                 for first, last in edges:
                     self.sweep(particles, domain.starts, domain.slab, first, last)
+        if domain.markers:
+            with timers("markers"):
+                domain.push(time)
         for zone in self._weakening:
             with timers("damping"):
                 zone.restrain(particles, *domain.rows_between(*zone.span))

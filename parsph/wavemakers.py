@@ -55,14 +55,22 @@ class Placement:
     rate: float = 0.0
     spin: float = 0.0
 
-    def turn(self, vectors):
-        """Return `vectors`, shape (n, 2), turned with the body."""
+    def turn(self, vectors, points=None):
+        """Return `vectors`, shape (n, 2), turned with the body; the same at all `points` of it."""
         c, s = math.cos(self.angle), math.sin(self.angle)
         return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=1)
 
     def place(self, points):
         """Return where `points` of the body at rest, shape (n, 2), are now [m]."""
         return self.turn(points - self.center) + self.center + self.offset
+
+    def motion(self, points):
+        """Return the center that the body turns about now [m], its velocity [m/s] and the rate [1/s], shape (n, 5)."""
+        return np.tile([*(self.center + self.offset), *self.offset_rate, self.rate], (len(points), 1))
+
+    def stretch(self, points):
+        """Return how much longer the body is at its `points` at rest, shape (n, 2): rigid bodies keep their length, 1."""
+        return 1.0
 
     def velocity(self, points):
         """Return the velocity [m/s] of the body at the present `points`, shape (n, 2) [m]."""
@@ -102,6 +110,107 @@ class Swing:
         s, ds, dds = oscillation(time, self.period, self.ramp)
         way, angle = np.array(self.way, float), self.angle
         return Placement(np.array(self.center, float), s * way, ds * way, dds * way, s * angle, ds * angle, dds * angle)
+
+
+@dataclass(frozen=True)
+class Bulged:
+    """Where a bulging wall stands and how it moves at a time: a `Bulge` with its present amplitude.
+
+    Attributes
+    ----------
+    bulge : Bulge
+    amplitude, rate, acceleration_of_middle : float
+        Of the middle, along the normal [m], [m/s], [m/s^2].
+    """
+
+    bulge: object
+    amplitude: float
+    rate: float
+    acceleration_of_middle: float
+
+    def _at(self, points):
+        """Return along and normal, unit vectors; depth [m], shape and slope [1/m] of points, at rest or on the wall."""
+        bulge = self.bulge
+        start, along = np.array(bulge.start), np.subtract(bulge.end, bulge.start)
+        length = math.hypot(*along)
+        along = along / length
+        normal = np.array([-along[1], along[0]])
+        apart = points - start
+        place, depth = apart @ along / length, apart @ normal
+        inside = (place > 0) & (place < 1)
+        wave = np.where(inside, math.pi * place, 0.0)
+        return along, normal, depth, np.sin(wave) ** 2, np.pi / length * np.sin(2 * wave)
+
+    def _rest(self, points):
+        """Return as `_at`, nothing of points that are no part of the wall: further from it than its thickness."""
+        along, normal, depth, shape, slope = self._at(points)
+        part = np.abs(depth) <= self.bulge.thickness
+        return along, normal, np.where(part, depth, 0.0), shape * part, slope * part
+
+    def place(self, points):
+        """Return where `points` that belong to the wall at rest, shape (n, 2), are now [m]: behind it along its normal."""
+        along, normal, depth, shape, slope = self._rest(points)
+        turned = _leaning(along, normal, self.amplitude * slope)
+        return points + (self.amplitude * shape)[:, None] * normal + depth[:, None] * (turned - normal)
+
+    def turn(self, vectors, points):
+        """Return `vectors`, shape (n, 2), turned with the wall at its `points` at rest."""
+        along, normal, _, _, slope = self._rest(points)
+        turned = _leaning(along, normal, self.amplitude * slope)
+        c, s = turned @ normal, -(turned @ along)
+        return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=1)
+
+    def motion(self, points):
+        """Return present `points` of the wall [m], the velocity there [m/s] and a rate of rotation of 0, shape (n, 5)."""
+        return np.column_stack([points, self.velocity(points), np.zeros(len(points))])
+
+    def stretch(self, points):
+        """Return how much longer the wall is at its `points` at rest, shape (n,)."""
+        return np.sqrt(1.0 + (self.amplitude * self._rest(points)[4]) ** 2)
+
+    def velocity(self, points):
+        """Return the velocity [m/s] of the wall at its present `points`, shape (n, 2) [m]."""
+        _, normal, _, shape, _ = self._at(points)
+        return self.rate * shape[:, None] * normal
+
+    def acceleration(self, points):
+        """Return the acceleration [m/s^2] of the wall at its present `points`, shape (n, 2) [m]."""
+        _, normal, _, shape, _ = self._at(points)
+        return self.acceleration_of_middle * shape[:, None] * normal
+
+
+def _leaning(along, normal, slope):
+    """Return the normals, shape (n, 2), of a line that leans by the `slope`, shape (n,)."""
+    return (normal - slope[:, None] * along) / np.sqrt(1.0 + slope**2)[:, None]
+
+
+@dataclass(frozen=True)
+class Bulge:
+    """A straight wall that bulges into the fluid and out of it: its points move along its normal by
+    ``A ramp(t) sin(2 pi t / P) sin^2(pi s / L)``, s from start to end.
+
+    Attributes
+    ----------
+    start, end : tuple of float
+        Of the wall at rest, the fluid at the left [m].
+    amplitude : float
+        A [m], first into the fluid.
+    period, ramp : float
+        P [s]; duration of the smooth start [s].
+    thickness : float
+        Points as far behind and in front of the wall belong to it [m].
+    """
+
+    start: tuple
+    end: tuple
+    amplitude: float
+    period: float
+    ramp: float
+    thickness: float
+
+    def at(self, time):
+        """Return the `Bulged` at `time` [s]."""
+        return Bulged(self, *(self.amplitude * value for value in oscillation(time, self.period, self.ramp)))
 
 
 @dataclass(frozen=True)

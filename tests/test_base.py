@@ -77,13 +77,13 @@ def test_sections_are_merged_and_values_replaced(folder):
     path = write(
         folder,
         "mine.toml",
-        'base = "tank.toml"\ntitle = "mine"\n[wavemaker]\nperiod = 3.0\n[walls.left]\nlaw = "plain"\n'
+        'base = "tank.toml"\ntitle = "mine"\n[wavemaker]\nperiod = 3.0\n[walls.left]\nslip = "free"\n'
         "[walls.top]\n[output.log]\nevery = 0.5\n[numerics]\nalpha = 0.5",
     )
     base, mine = load_scene(folder / "tank.toml"), load_scene(path)
     assert (mine.title, base.title) == ("mine", "a tank")
     assert (mine.wavemaker.amplitude, mine.wavemaker.period) == (5.0, 3.0)
-    assert (mine.walls.left.law, mine.walls.left.slip) == ("plain", "no")
+    assert mine.walls.left.slip == "free"
     assert mine.walls.top is not None
     assert mine.walls.right == base.walls.right
     assert (mine.output.log.every, mine.output.snapshots.every) == (0.5, 0.1)

@@ -17,7 +17,7 @@ FAULTS = {
     "unknown section": ({"wavemakr": {}}, "wavemakr", "unknown key", "'wavemaker'"),
     "unknown key without a near one": ({"time.zzz": 1}, "time.zzz", "unknown key", "end, settle, dt, cfl"),
     "unknown key of a gauge": ({"gauges": [{"kind": "level", "xx": 1.0, "x": 0.1}]}, "gauges.0.xx", "unknown", "x"),
-    "unknown key of a wall": ({"walls.left": {"lw": "plain"}}, "walls.left.lw", "unknown key", "'law'"),
+    "unknown key of a wall": ({"walls.left": {"slp": "no"}}, "walls.left.slp", "unknown key", "'slip'"),
     "unknown key of a block": (
         {"fluid.blocks.0.inital": "still"},
         "fluid.blocks.0.inital",

@@ -41,15 +41,28 @@ class Domain:
     communicator : Communicator
     cuts : sequence of int
         Column cuts between the ranks.
-    ghosts, barrier : FixedGhosts, Barrier, optional
-        Of polygon walls.
+    ghosts, barrier, markers : FixedGhosts, Barrier, Markers, optional
+        Of walls that are lines.
     """
 
     def __init__(
-        self, grid, particles, walls, reach, box, gravity, state, wetted, communicator, cuts, ghosts=None, barrier=None
+        self,
+        grid,
+        particles,
+        walls,
+        reach,
+        box,
+        gravity,
+        state,
+        wetted,
+        communicator,
+        cuts,
+        ghosts=None,
+        barrier=None,
+        markers=None,
     ):
         self.grid, self.particles, self.walls = grid, particles, walls
-        self.ghosts, self.barrier = ghosts, barrier
+        self.ghosts, self.barrier, self.markers = ghosts, barrier, markers
         self.reach, self.box, self.gravity, self.state = reach, box, gravity, state
         self.communicator = communicator
         self.exchange = Exchange(communicator, particles)
@@ -68,7 +81,10 @@ class Domain:
         self._between = {}
         if self.ghosts:
             self.ghosts.distribute(self.grid, self.cuts, rank)
+        if self.barrier:
             self.barrier.distribute(self.grid, self.slab)
+        if self.markers:
+            self.markers.distribute(self.grid, self.cuts, rank)
 
     def _cells_near_walls(self):
         slab, grid = self.slab, self.grid
@@ -212,7 +228,7 @@ class Domain:
         """Begin to exchange the edge columns with the neighbours; see `finish_halo`."""
         p = self.particles
         self.exchange.start_halo(self.starts, self.grid.stride, p.shared)
-        if self.ghosts:  # who is who in the halos: fluid to interpolate from, ghosts to give values to
+        if self.ghosts or self.markers:  # who is who in the halos: fluid to measure, ghosts to give values to
             self.exchange.start_halo(self.starts, self.grid.stride, p.tags)
 
     def finish_halo(self):
@@ -223,16 +239,32 @@ class Domain:
         """Give the fixed ghosts of the slab and its halos their values; the halos must be there."""
         ghosts = self.ghosts
         ghosts.interpolate(self.particles, self.starts, self.grid)
+        ghosts.complete(self.particles, self.starts, self.communicator)
         self.exchange.swap_values(ghosts.values, ghosts.share.sent, ghosts.share.received)
         ghosts.give(self.particles, self.starts)
+
+    def push(self, time):
+        """Let the markers of walls, where they stand at `time` [s], act on the accelerations that the sweep has set."""
+        markers = self.markers
+        if markers.moving:
+            markers.move(time)
+            markers.distribute(self.grid, self.cuts, self.communicator.rank)
+        if markers.weights:
+            markers.survey(self.particles, self.starts)
+            if self.communicator.size > 1:
+                self.exchange_edges(self.particles.acceleration)
+                self.exchange_edges(markers.sums)
+            markers.measure(self.particles, self.starts)
+            self.exchange.swap_values(markers.strength, markers.share.sent, markers.share.received)
+        markers.act(self.particles, self.starts)
 
     def stop_at_walls(self, time):
         """Take the velocity into polygon walls from the fluid that touches them at `time` [s]."""
         self.barrier.hold(self.particles, self.starts, time)
 
-    def exchange_gradients(self):
-        """Exchange the gradients of the edge columns with the neighbours."""
-        self.exchange.start_halo(self.starts, self.grid.stride, self.particles.gradient)
+    def exchange_edges(self, array):
+        """Exchange the edge columns of an array, one row per particle, with the neighbours."""
+        self.exchange.start_halo(self.starts, self.grid.stride, array)
         self.exchange.finish_halo()
 
     def column_bounds(self):

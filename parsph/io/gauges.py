@@ -317,7 +317,7 @@ class ForceGauge(Gauge):
         points, normals = self.points, self.normals
         if self.motion is not None:
             now = self.motion.at(simulation.time)
-            points, normals = now.place(points), now.turn(normals)
+            points, normals = now.place(points), now.turn(normals, points)
         pressures = pressures_at(simulation, points)
         if simulation.communicator.rank:
             return ()

@@ -23,7 +23,7 @@ from ..walls import MirrorWall
 from ..wavemakers import Palette
 from ..waves import Seiche, phase_speed, pulse
 from .load import scene_text
-from .solids import boundaries_of, fillings_of, ghosts_of
+from .solids import boundaries_of, fillings_of, ghosts_of, markers_of
 
 # Side walls come first, so that the bed mirrors their images too: corners come of themselves.
 _SIDES = (("left", 0, 1), ("right", 0, -1), ("front", 1, 1), ("back", 1, -1), ("bottom", -1, 1), ("top", -1, -1))
@@ -62,8 +62,8 @@ def build(scene, communicator=None, folder=None):
     if n.diffusion == "antuono":
         particles.gradient = np.zeros((len(particles.tags), scene.dim))
     wetted = scene.domain.size[-1]
-    polygon_walls = ghosts_of(scene, state)
-    domain = Domain(grid, particles, walls, reach, box, scene.gravity, state, wetted, communicator, cuts, *polygon_walls)
+    lines = *ghosts_of(scene, state), markers_of(scene)
+    domain = Domain(grid, particles, walls, reach, box, scene.gravity, state, wetted, communicator, cuts, *lines)
     sweep = Sweep(
         scene.kernel,
         terms,
@@ -143,15 +143,16 @@ def terms_of(scene):
 def walls_of(scene):
     """Return the mirror walls, side walls first."""
     walls, size = [], scene.domain.size
+    law = "plain" if scene.walls.treatment == "mirror-plain" else "hydrostatic"
     for bit, (side, axis, direction) in enumerate(_SIDES):
         wall = getattr(scene.walls, side)
-        if wall is None:
+        if wall is None or not scene.mirrors:
             continue
         point, normal = [0.0] * scene.dim, [0.0] * scene.dim
         point[axis] = 0.0 if direction > 0 else size[axis]
         normal[axis] = float(direction)
         motion = palette_of(scene) if side == "left" else None
-        walls.append(MirrorWall(side, tuple(point), tuple(normal), wall.law, wall.slip, 1 << bit, motion))
+        walls.append(MirrorWall(side, tuple(point), tuple(normal), law, wall.slip, 1 << bit, motion))
     return walls
 
 
@@ -167,10 +168,10 @@ def palette_of(scene):
 def grid_of(scene):
     """Return the grid and the box, (low, high) [m], that no particle may leave.
 
-    Ghost walls stop the fluid by pressure: a particle that hits one hard may be a little beyond it before it comes back.
+    Ghosts and markers stop the fluid by forces: a particle that hits them hard may be a little beyond before it comes back.
     """
     palette = palette_of(scene)
-    margin = scene.numerics.dx if scene.walls.polygons else 0.0
+    margin = scene.numerics.dx if scene.lines or not scene.mirrors else 0.0
     low = [-margin] * scene.dim
     if palette:
         low[0] -= palette.reach(scene.domain.size[-1])

@@ -7,15 +7,17 @@ import numpy as np
 from ..errors import SceneError, did_you_mean
 from ..io.tables import table_name
 from ..stepping import INTEGRATORS, time_step_limit
+from ..walls import REPULSIONS, TREATMENTS
 from .solids import fillings_of, polygon_faults, wall_faults
 
 _ONLY_SHALLOW = 'numerics.state = "shallow", or leave it out'
-SIDES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
+STRIP_H_OVER_DX = 1.7
+AXES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
 
 
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
-    faults = _shapes(scene) or _shallow(scene)
+    faults = _shapes(scene) or _shallow(scene) or _treatment(scene)
     faults = faults or wall_faults(scene)
     return faults or [*_numerics(scene), *_geometry(scene), *_wavemaker(scene), *_damping(scene), *_gauges(scene)]
 
@@ -43,10 +45,50 @@ def _shapes(scene):
         if gauge.kind == "level" and ((scene.dim == 1 and not scene.shallow) or (gauge.y is None) != (scene.dim < 3)):
             cure = "give x and y in 3D, x alone in 2D; in 1D shallow water alone has a level"
             faults.append(SceneError("wrong number of coordinates", where=f"gauges.{number}", cure=cure))
-    for side, axis in SIDES.items():
+    for side, axis in AXES.items():
         missing = (axis == 1 and scene.dim < 3) or (axis == -1 and scene.dim < 2)
         if getattr(scene.walls, side) is not None and missing:
             faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}", cure="leave it out"))
+    return faults
+
+
+def _treatment(scene):
+    """What walls of this treatment cannot be, or lack."""
+    walls, faults, where = scene.walls, [], "walls.treatment"
+    treatment = TREATMENTS[walls.treatment] if walls.treatment else None
+    for number, wall in enumerate(walls.polygons):
+        at, edges = f"walls.polygons.{number}", len(wall.points) - (wall.fluid in ("left", "right"))
+        if treatment and treatment.family == "mirror":
+            why, cure = "mirrors are the straight sides of the domain", '"ghosts", "strip", "deficiency" or "repulsion"'
+            faults.append(SceneError("cannot be mirrors", where=at, why=why, cure=cure))
+        if wall.bulge and wall.motion:
+            faults.append(SceneError("given beside motion", where=f"{at}.bulge", cure="one of the two"))
+        if wall.bulge and wall.bulge.edge >= edges:
+            cure = f"0 to {edges - 1}"
+            faults.append(SceneError(f"there is no edge {wall.bulge.edge}", where=f"{at}.bulge.edge", cure=cure))
+    if treatment is None or treatment.family == "mirror":
+        return faults
+    dims = (1, 2) if treatment.family == "markers" else (2,)
+    if scene.dim not in dims or scene.shallow:
+        cure = "mirror" if scene.dim != 2 else "leave it out"
+        kinds = "shallow water" if scene.shallow else f"{scene.dim}D"
+        faults.append(SceneError(f"{treatment.name!r} is not for {kinds}", where=where, cure=cure))
+    if not scene.sides and not walls.polygons:
+        faults.append(SceneError("there are no walls", where=where, cure="[walls] left = {}, ..., or polygons"))
+    if scene.wavemaker:
+        why, cure = "the palette is a mirror", "mirror, or a polygon wall with a motion"
+        faults.append(SceneError("the wavemaker needs mirrors", where=where, why=why, cure=cure))
+    if treatment.family == "markers":
+        if walls.repulsion == "none" and not treatment.corrects:
+            laws = " or ".join(f'"{name}"' for name in REPULSIONS if name != "none")
+            faults.append(SceneError("nothing holds the fluid", where="walls.repulsion", cure=laws))
+        if walls.push_reach and walls.push_reach > scene.reach:
+            why, cure = "particles feel each other no further", f"at most {scene.reach:.4g} m"
+            faults.append(SceneError(f"{walls.push_reach:g} m is too far", where="walls.push_reach", why=why, cure=cure))
+    if treatment.solves and scene.numerics.h_over_dx > STRIP_H_OVER_DX:
+        why = "the velocities of ghosts so near to each other, compared with h, cannot be told apart at the wall"
+        cure = f"at most {STRIP_H_OVER_DX:g}"
+        faults.append(SceneError(f"{scene.numerics.h_over_dx:g} is too large for a strip", "numerics.h_over_dx", why, cure))
     return faults
 
 
@@ -192,7 +234,7 @@ def _wavemaker(scene):
             SceneError(
                 "is missing",
                 where="walls.left",
-                why="the palette is that wall: law and slip are taken from it",
+                why="the palette is that wall: slip is taken from it",
                 cure="[walls] left = {}",
             )
         ]
@@ -263,8 +305,8 @@ def _force(scene, gauge, where):
     """What is wrong with a force gauge."""
     if scene.dim != 2:
         return [SceneError("is for 2D", where=f"{where}.kind", cure="another gauge")]
-    sides = [side for side in SIDES if getattr(scene.walls, side) is not None]
-    names = scene.wall_names + [side for side in sides if not (side == "left" and scene.wavemaker)]
+    names = list(scene.wall_names)
+    names += [side for side in scene.sides if scene.mirrors and not (side == "left" and scene.wavemaker)]
     if gauge.wall in names:
         return []
     why = "the wavemaker's plate is none that it can read" if gauge.wall == "left" and scene.wavemaker else ""

@@ -9,9 +9,9 @@ from ..progress import console, duration, size_text
 from ..states import EQUATIONS
 from ..stepping import INTEGRATORS, time_step_limit
 from ..terms import FILTERS
-from ..walls import INTERPOLATORS
+from ..walls import INTERPOLATORS, TREATMENTS
 from .build import palette_of, state_of, terms_of, walls_of
-from .solids import fillings_of, outlines_of
+from .solids import fillings_of, markers_of, outlines_of
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
@@ -69,13 +69,28 @@ def print_plan(scene, name):
     equation, _, source = INTEGRATORS[n.integrator].equation.partition("   ")
     table.add_row("time", _plain(equation), _plain(source))
     for wall in walls_of(scene):
-        table.add_row(f"{wall.name} wall", f"mirror particles, {wall.law}, {wall.slip} slip", "Szmidt (2013) Figs. 1, 2")
-    if scene.walls.polygons:
+        treatment = TREATMENTS["mirror-plain" if wall.law == "plain" else "mirror"]
+        table.add_row(f"{wall.name} wall", f"{treatment.description}, {wall.slip} slip", treatment.source)
+    treatment = scene.treatment
+    if scene.lines and treatment.family == "ghosts":
         each = INTERPOLATORS[scene.walls.interpolation]
         table.add_row("mirror points", _plain(f"{each.name}: {each.equation}"), _plain(each.source))
-    for wall, name in zip(scene.walls.polygons, scene.wall_names, strict=True):
-        parts = ["fixed ghosts", f"{len(wall.points)} points", f"fluid {wall.fluid}", f"{wall.slip} slip"]
-        table.add_row(f"wall {name}", ", ".join(parts + ["moves"] * (wall.motion is not None)), "Marrone et al. (2011)")
+    markers = markers_of(scene)
+    if markers:
+        each = markers.weights
+        if each:
+            table.add_row("deficiency", _plain(f"{each.name}: {each.equation}"), _plain(each.source))
+        law = markers.repulsion
+        if law.code:
+            strength = markers.push * scene.walls.markers_per_dx ** (scene.dim - 1)
+            reach = f"K = {strength:.3g} m^2/s^2, R = {markers.push_reach:.3g} m"
+            table.add_row("repulsion", _plain(f"{law.name}: {law.equation}; {reach}"), _plain(law.source))
+        table.add_row("markers", f"{markers.count:,}, {markers.spacing:.3g} m apart", "")
+    for wall, name in zip(scene.lines, scene.wall_names, strict=True):
+        parts = [treatment.description, f"{len(wall.points)} points", f"fluid {wall.fluid}"]
+        parts += [f"{wall.slip} slip"] * (treatment.family == "ghosts") + ["moves"] * (wall.motion is not None)
+        parts += ["bulges"] * (wall.bulge is not None)
+        table.add_row(f"wall {name}", ", ".join(parts), treatment.source)
     if n.reinitialise != "none":
         law = FILTERS[n.reinitialise]
         table.add_row("densities anew", f"{law.equation}, every {n.reinitialise_every} steps", law.source)

@@ -3,22 +3,29 @@
 Units are SI. The last axis points up. An unknown key is an error.
 """
 
+import math
+from functools import cached_property
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..damping import KILLINGS, PROFILES, SWITCHES
 from ..kernels import KERNELS
 from ..states import STATES
 from ..stepping import INTEGRATORS
 from ..terms import DENSITIES, DIFFUSIONS, FILTERS, SHIFTINGS, SPRAYS, TENSILE_CONTROLS, VISCOSITIES
-from ..walls import INTERPOLATORS
-from ..walls.mirror import LAWS, SLIPS
+from ..walls import INTERPOLATORS, REPULSIONS, TREATMENTS, WEIGHTS
+from ..walls.mirror import SLIPS
 
 Point = Annotated[list[float], Field(min_length=2, max_length=2)]
 Vector = Annotated[list[float], Field(min_length=1, max_length=3)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+ELLIPSE_POINTS = 180
+SIDES = ("left", "right", "front", "back", "bottom", "top")
 
 
 class Section(BaseModel):
@@ -34,6 +41,27 @@ class DomainSection(Section):
     gravity: NotNegative = Field(9.81, description="gravity [m/s^2], downwards along the last axis; without effect in 1D")
 
 
+class Ellipse(Section):
+    """An ellipse, in place of a polygon's points."""
+
+    center: Point = Field(description="[m]")
+    axes: Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(description="half axes along x and up [m]")
+
+
+def _with_ellipse(keys):
+    """Return the keys of a wall or block whose `ellipse` has become `points`, a polygon of the same area."""
+    if not isinstance(keys, dict) or keys.get("ellipse") is None or keys.get("points") is not None:
+        return keys
+    try:
+        ellipse = Ellipse.model_validate(keys["ellipse"])
+    except ValidationError:
+        return keys  # said of the key itself
+    angle = 2 * math.pi * np.arange(ELLIPSE_POINTS) / ELLIPSE_POINTS
+    swell = math.sqrt(angle[1] / math.sin(angle[1]))
+    points = np.array(ellipse.center) + swell * np.array(ellipse.axes) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return {**keys, "ellipse": None, "points": points.tolist()}
+
+
 class Block(Section):
     """A block of fluid, filled with a square lattice: a rectangle, or a polygon (2D). Obstacles in it stay dry."""
 
@@ -42,6 +70,7 @@ class Block(Section):
     points: Annotated[list[Point], Field(min_length=3)] | None = Field(
         None, description="vertices [m] of a polygon, in place of low and high (2D)"
     )
+    ellipse: Ellipse | None = Field(None, description="an ellipse, in place of points (2D)")
     initial: Literal["still", "seiche", "pulse"] = Field(
         "still",
         description="still: at rest; seiche: velocities of the first standing wave of the block (2D); "
@@ -59,6 +88,7 @@ class Block(Section):
     @classmethod
     def _corners(cls, keys):
         """A polygon's low and high are those of its vertices."""
+        keys = _with_ellipse(keys)
         if not isinstance(keys, dict) or keys.get("points") is None:
             return keys
         try:
@@ -82,9 +112,8 @@ class FluidSection(Section):
 
 
 class Wall(Section):
-    """A mirror wall."""
+    """A wall along a side of the domain."""
 
-    law: Literal[*LAWS] = Field("hydrostatic", description="plain: equal pressure; hydrostatic: pressure raised by rho g.dx")
     slip: Literal[*SLIPS] = Field("free", description="free slip or no slip")
 
 
@@ -100,10 +129,20 @@ class Swing(Section):
     ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
 
 
+class Bulge(Section):
+    """A deformation: an edge moves along its normal by ramp(t) sin(2 pi t / period) amplitude sin^2(pi s / length)."""
+
+    edge: Annotated[int, Field(ge=0)] = Field(description="which edge bulges: that from this point to the next, from 0")
+    amplitude: float = Field(description="of its middle [m]; positive: first into the fluid")
+    period: Positive = Field(description="period [s]")
+    ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
+
+
 class PolygonWall(Section):
-    """A wall along a line of any shape, of fixed ghost particles (2D)."""
+    """A wall along a line of any shape (2D)."""
 
     name: str | None = Field(None, description="what gauges and messages call it; default: wall and number")
+    ellipse: Ellipse | None = Field(None, description="an ellipse, in place of points")
     points: Annotated[list[Point], Field(min_length=2)] = Field(description="vertices [m]")
     fluid: Literal["left", "right", "inside", "outside"] = Field(
         "left",
@@ -112,12 +151,24 @@ class PolygonWall(Section):
     )
     slip: Literal[*SLIPS] = Field("free", description="free slip or no slip")
     motion: Swing | None = Field(None, description="how it moves; default: it stands still")
+    bulge: Bulge | None = Field(None, description="how it deforms; default: it keeps its shape")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _points(cls, keys):
+        return _with_ellipse(keys)
 
 
 class WallsSection(Section):
-    """Walls: mirrors at the sides of the domain, and lines of any shape; a side without one is open (the fluid must not
-    leave the domain there).
+    """Walls: at the sides of the domain, and lines of any shape; a side without one is open (the fluid must not leave the
+    domain there).
     """
+
+    treatment: Literal[*TREATMENTS] | None = Field(
+        None,
+        description="what all walls are made of: mirror, mirror-plain (sides alone), ghosts, strip (2D), deficiency, repulsion "
+        "(1D, 2D); default: sides mirror, polygons are of ghosts",
+    )
 
     left: Wall | None = Field(None, description="wall at x = 0, or the wavemaker's plate")
     right: Wall | None = Field(None, description="wall at the largest x")
@@ -125,9 +176,18 @@ class WallsSection(Section):
     back: Wall | None = Field(None, description="wall at the largest y (3D)")
     bottom: Wall | None = Field(None, description="bed")
     top: Wall | None = Field(None, description="lid")
-    polygons: list[PolygonWall] = Field([], description="walls of any shape, of fixed ghost particles (2D)")
+    polygons: list[PolygonWall] = Field([], description="walls of any shape (2D)")
     interpolation: Literal[*INTERPOLATORS] = Field(
         "hydrostatic", description="how fixed ghosts get pressure and velocity of the fluid at their mirror points"
+    )
+    markers_per_dx: Annotated[int, Field(ge=1, le=10)] = Field(
+        3, description="markers per particle spacing, for deficiency and repulsion [-]"
+    )
+    weights: Literal[*WEIGHTS] = Field("moments", description="how a correction of the deficiency is shared among markers")
+    repulsion: Literal[*REPULSIONS] = Field("monaghan-kajtar", description="law of the repulsion by markers")
+    push: Positive | None = Field(None, description="strength K of the repulsion [m^2/s^2]; default: g depth, or c0^2/400")
+    push_reach: Positive | None = Field(
+        None, description="how far the repulsion reaches [m]; default: dx, with deficiency 0.5 dx"
     )
 
 
@@ -318,9 +378,43 @@ class Scene(Section):
         return (0.0,) * (self.dim - 1) + (down,)
 
     @property
+    def mirrors(self):
+        """Whether the sides of the domain mirror the fluid."""
+        return self.walls.treatment is None or TREATMENTS[self.walls.treatment].family == "mirror"
+
+    @property
+    def treatment(self):
+        """The `Treatment` of the walls that are lines."""
+        return TREATMENTS["ghosts" if self.mirrors else self.walls.treatment]
+
+    @property
+    def sides(self):
+        """Names of the sides of the domain that have walls."""
+        return [side for side in SIDES if getattr(self.walls, side) is not None]
+
+    @cached_property
+    def lines(self):
+        """The walls that are lines: polygon walls, and in 2D sides that do not mirror."""
+        lines = list(self.walls.polygons)
+        if self.mirrors or self.dim != 2:
+            return lines
+        right, top = self.domain.size
+        corners = {"left": [(0, top), (0, 0)], "bottom": [(0, 0), (right, 0)], "right": [(right, 0), (right, top)]}
+        corners["top"] = [(right, top), (0, top)]
+        for side in self.sides:
+            slip = getattr(self.walls, side).slip
+            lines.append(PolygonWall(name=side, points=[list(map(float, point)) for point in corners[side]], slip=slip))
+        return lines
+
+    def line_key(self, number):
+        """Return the key of one of the `lines`."""
+        polygons = len(self.walls.polygons)
+        return f"walls.polygons.{number}" if number < polygons else f"walls.{self.lines[number].name}"
+
+    @property
     def wall_names(self):
-        """Names of the polygon walls."""
-        return [wall.name or f"wall-{number:02d}" for number, wall in enumerate(self.walls.polygons)]
+        """Names of the `lines`."""
+        return [wall.name or f"wall-{number:02d}" for number, wall in enumerate(self.lines)]
 
     @property
     def shallow(self):

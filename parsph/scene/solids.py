@@ -5,14 +5,25 @@ import math
 import numpy as np
 
 from ..errors import SceneError
-from ..walls import Barrier, FixedGhosts, Lines
+from ..walls import REPULSIONS, WEIGHTS, Barrier, FixedGhosts, Line, Lines, Markers, Strip
 from ..walls.mirror import SLIPS
-from ..wavemakers import Swing
+from ..wavemakers import Bulge, Swing
 from .lattice import Filling, Lattice
+from .schema import SIDES
 
 
-def motion_of(wall):
-    """Return what moves a polygon wall, None when it stands still."""
+def motion_of(scene, number):
+    """Return what moves one of the walls that are lines, None when it stands still."""
+    wall = scene.lines[number]
+    if wall.bulge is not None:
+        from ..geometry import Outline
+
+        ends = [tuple(wall.points[k % len(wall.points)]) for k in (wall.bulge.edge, wall.bulge.edge + 1)]
+        edges = Outline("", tuple(map(tuple, wall.points)), wall.fluid).edges.tolist()
+        if [list(end) for end in ends] not in edges:  # the fluid is at the left of it the other way round
+            ends.reverse()
+        bulge, thickness = wall.bulge, scene.reach + scene.numerics.dx
+        return Bulge(*ends, bulge.amplitude, bulge.period, bulge.ramp, thickness)
     if wall.motion is None:
         return None
     motion = wall.motion
@@ -21,43 +32,76 @@ def motion_of(wall):
 
 
 def outlines_of(scene):
-    """Return the `Outline` of each polygon wall."""
-    if not scene.walls.polygons:
+    """Return the `Outline` of each wall that is a line."""
+    if not scene.lines:
         return []
     from ..geometry import Outline
 
-    names = zip(scene.wall_names, scene.walls.polygons, strict=True)
+    names = zip(scene.wall_names, scene.lines, strict=True)
     return [Outline(name, tuple(map(tuple, wall.points)), wall.fluid) for name, wall in names]
 
 
 def boundaries_of(scene):
     """Return pairs (`Boundary`, motion or None): the walls that stand still together, then each that moves."""
-    if not scene.walls.polygons:
+    if not scene.lines:
         return []
     from ..geometry import Boundary
 
-    outlines, motions = outlines_of(scene), [motion_of(wall) for wall in scene.walls.polygons]
+    outlines, motions = outlines_of(scene), [motion_of(scene, number) for number in range(len(scene.lines))]
     groups = [{number: outlines[number] for number, motion in enumerate(motions) if motion is None}]
     groups += [{number: outlines[number]} for number, motion in enumerate(motions) if motion is not None]
     return [(Boundary(group, scene.numerics.dx, scene.reach), motions[min(group)]) for group in groups if group]
 
 
 def ghosts_of(scene, state):
-    """Return the `FixedGhosts` and the `Barrier` of a scene, both None when it has no polygon walls."""
+    """Return the `FixedGhosts` and the `Barrier` of a scene, both None when no walls are of ghosts."""
     boundaries = boundaries_of(scene)
-    if not boundaries:
+    if not boundaries or scene.treatment.family != "ghosts":
         return None, None
-    slips = [SLIPS[wall.slip] for wall in scene.walls.polygons]
-    tables = [(boundary.ghosts(), slips, motion) for boundary, motion in boundaries]
-    ghosts = FixedGhosts(tables, scene.walls.interpolation, scene.kernel, scene.h, scene.rho0, scene.gravity, state)
-    lines = [Lines(boundary.edges, boundary.normals, boundary.inner_ends(), motion) for boundary, motion in boundaries]
+    slips = [SLIPS[wall.slip] for wall in scene.lines]
+    made = Strip if scene.treatment.solves else FixedGhosts
+    tables = [(boundary.ghosts(1 if scene.treatment.solves else None), slips, motion) for boundary, motion in boundaries]
+    ghosts = made(tables, scene.walls.interpolation, scene.kernel, scene.h, scene.rho0, scene.gravity, state)
+    lines = [Lines(*boundary.lines(isinstance(motion, Bulge)), motion) for boundary, motion in boundaries]
     return ghosts, Barrier(lines, scene.numerics.dx)
+
+
+def markers_of(scene):
+    """Return the `Markers` of a scene, None when no walls are of markers."""
+    if scene.mirrors or scene.treatment.family != "markers":
+        return None
+    spacing = scene.numerics.dx / scene.walls.markers_per_dx
+    if scene.dim == 1:
+        ends = {"left": (0.0, 1.0), "right": (scene.domain.size[0], -1.0)}
+        lines = [Line(np.array([[ends[side][0]]]), np.array([[ends[side][1]]]), np.ones(1)) for side in scene.sides]
+    else:
+        lines = []
+        for boundary, motion in boundaries_of(scene):
+            pieces = [boundary.elements(number, spacing) for number in boundary.outlines]
+            lines.append(Line(*(np.concatenate(parts) for parts in zip(*pieces, strict=True)), motion))
+    if not lines:
+        return None
+    corrects = scene.treatment.corrects
+    push = scene.walls.push or (scene.domain.gravity * scene.depth if scene.dim > 1 else 0.0) or (scene.c0 / 20.0) ** 2
+    return Markers(
+        lines,
+        WEIGHTS[scene.walls.weights] if corrects else None,
+        REPULSIONS[scene.walls.repulsion],
+        scene.kernel,
+        scene.h,
+        scene.numerics.dx,
+        spacing,
+        push / scene.walls.markers_per_dx ** (scene.dim - 1),
+        scene.walls.push_reach or (0.5 if corrects else 1.0) * scene.numerics.dx,
+        scene.gravity,
+        scene.c0,
+    )
 
 
 def fillings_of(scene):
     """Return the `Lattice` of each block, or its `Filling` where it is a polygon or has walls in it."""
     lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
-    if not scene.walls.polygons and not any(block.points for block in scene.fluid.blocks):
+    if not scene.lines and not any(block.points for block in scene.fluid.blocks):
         return lattices
     boundaries = tuple(boundary for boundary, _ in boundaries_of(scene))
     return [_filling(*each, boundaries, scene.numerics.dx) for each in zip(scene.fluid.blocks, lattices, strict=True)]
@@ -94,16 +138,17 @@ def polygon_faults(scene):
 def wall_faults(scene):
     """Return what is wrong with the polygon walls and with the fluid beside them, a list of SceneError."""
     polygons = [number for number, block in enumerate(scene.fluid.blocks) if block.points]
-    if not scene.walls.polygons and not polygons:
+    if not scene.lines and not polygons:
         return []
     from ..geometry import Outline, outline_faults
 
     size, names, faults = scene.domain.size, scene.wall_names, []
     for number, outline in enumerate(outlines_of(scene)):
-        where = f"walls.polygons.{number}"
+        where = scene.line_key(number)
         faults += outline_faults(outline, where, size)
         faults += _excursion(scene, number, outline) + _near_mirror(scene, number, outline)
-        if names.index(outline.name) != number or outline.name in ("left", "right", "bottom", "top"):
+        of_side = number >= len(scene.walls.polygons)
+        if names.index(outline.name) != number or (outline.name in SIDES and not of_side):
             faults.append(SceneError(f"{outline.name!r} is taken", where=f"{where}.name", cure="a name of its own"))
     for number in polygons:
         block = scene.fluid.blocks[number]
@@ -114,7 +159,7 @@ def wall_faults(scene):
     if faults:
         return faults
     boundaries = boundaries_of(scene)
-    where = {number: f"walls.polygons.{number}" for number in range(len(names))}
+    where = {number: scene.line_key(number) for number in range(len(names))}
     for boundary, _ in boundaries:
         faults += boundary.faults(where)
     return faults or _wrong_side(scene, boundaries)
@@ -122,23 +167,28 @@ def wall_faults(scene):
 
 def _excursion(scene, number, outline):
     """Faults of a moving wall that leaves the domain."""
-    motion, size = motion_of(scene.walls.polygons[number]), np.array(scene.domain.size)
+    motion, size = motion_of(scene, number), np.array(scene.domain.size)
     if motion is None:
         return []
     points = np.array(outline.points, float)
+    if isinstance(motion, Bulge):
+        points = np.vstack([points, np.mean([motion.start, motion.end], axis=0)])
     for quarter in (0.25, 0.75):
         moved = motion.at(motion.period * (math.ceil(motion.ramp / motion.period) + quarter)).place(points)
         for vertex in np.flatnonzero(((moved < 0) | (moved > size)).any(axis=1)):
             place = ", ".join(f"{x:.4g}" for x in moved[vertex])
             why = f"it swings to ({place}) m"
             cure = "a shorter swing, or a larger domain.size"
-            where = f"walls.polygons.{number}.points.{vertex}"
+            bulges = vertex == len(outline.points)
+            where = f"{scene.line_key(number)}.{'bulge.amplitude' if bulges else f'points.{vertex}'}"
             return [SceneError("leaves the domain", where=where, why=why, cure=cure)]
     return []
 
 
 def _at_mirror(scene, point):
     """Whether a point lies on a side of the domain that is a mirror wall."""
+    if not scene.mirrors:
+        return False
     (x, y), (right, top), walls = point, scene.domain.size, scene.walls
     sides = (walls.left and x == 0, walls.right and x == right, walls.bottom and y == 0, walls.top and y == top)
     return any(sides)
@@ -147,6 +197,8 @@ def _at_mirror(scene, point):
 def _near_mirror(scene, number, outline):
     """Faults of an obstacle that the images of a mirror wall would run into."""
     if outline.fluid != "outside":
+        return []
+    if not scene.mirrors:
         return []
     points, (right, top), walls = np.array(outline.points, float), scene.domain.size, scene.walls
     gaps = {"left": points[:, 0], "right": right - points[:, 0], "bottom": points[:, 1], "top": top - points[:, 1]}
@@ -172,7 +224,7 @@ def _wrong_side(scene, boundaries):
                 faults.append(SceneError(f"overlaps block {other}", where=where, cure="blocks may touch, not overlap"))
     for boundary, _ in boundaries:
         for number, outline in boundary.outlines.items():
-            at = f"walls.polygons.{number}"
+            at = scene.line_key(number)
             for other, shape in enumerate(shapes):
                 area, place = boundary.behind(number, shape)
                 if area > 1e-6 * dx**2:

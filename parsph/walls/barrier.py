@@ -29,7 +29,7 @@ class Lines:
         Into the fluid.
     ends : ndarray of bool, shape (n, 2)
         Which ends of the edges lie in a corner of the fluid, where the line goes on inside the solid.
-    motion : Swing or None
+    motion : Swing, Bulge or None
     """
 
     edges: np.ndarray
@@ -161,8 +161,8 @@ class Barrier:
             group, span = self.groups[n], self._spans[n]
             now = group.motion.at(time)
             self.edges[span] = now.place(group.edges.reshape(-1, 2)).reshape(-1, 2, 2)
-            self.normals[span] = now.turn(group.normals)
-            self.motion[span] = [*(now.center + now.offset), *now.offset_rate, now.rate]
+            self.normals[span] = now.turn(group.normals, group.edges.mean(axis=1))
+            self.motion[span] = now.motion(self.edges[span].mean(axis=1))
         if self._moving and np.abs(self.edges - self._tabled).max() > 0.5 * self.dx:  # cells are found with a margin of dx
             self._tabled = self.edges.copy()
             moved = [e for n in self._moving for e in range(self._spans[n].start, self._spans[n].stop)]

@@ -12,8 +12,6 @@ interpolates at the mirror points in its own columns and hands the values to the
 ghosts stand.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..columns import cell_of
@@ -22,6 +20,7 @@ from ..particles import FIRST_FIXED
 from ..states import density_of
 from .interpolation import DRY, INTERPOLATORS, compiled_interpolation
 from .mirror import NO_SLIP
+from .shares import Part, Share
 
 
 @jit
@@ -76,20 +75,6 @@ def give_values(rows, tags, first, last, values, volume):
             for d in range(dim + 2):
                 rows[i, dim + d] = values[g, d]
             rows[i, 2 * dim + 2] = values[g, dim] * volume[g]
-
-
-@dataclass(frozen=True)
-class Part:
-    """Ghosts that move together: their places in the tables, and what moves them.
-
-    Attributes
-    ----------
-    rows : slice
-    motion : Swing or None
-    """
-
-    rows: slice
-    motion: object
 
 
 class FixedGhosts:
@@ -148,14 +133,14 @@ class FixedGhosts:
             now = part.motion.at(time)
             self.position[rows] = now.place(self._rest["position"][rows])
             self.mirror[rows] = now.place(self._rest["mirror"][rows])
-            self.direction[rows] = now.turn(self._rest["direction"][rows])
+            self.direction[rows] = now.turn(self._rest["direction"][rows], self._rest["position"][rows])
             middle = 0.5 * (self.position[rows] + self.mirror[rows])  # the wall point, or near it
             self.wall[rows, : middle.shape[1]] = now.velocity(middle)
             self.wall[rows, middle.shape[1] :] = now.acceleration(middle)
 
     def distribute(self, grid, cuts, rank):
         """Work out which ghosts stand in the columns of `rank`, which it interpolates, and who needs those values."""
-        self.share = Share(self, grid, cuts, rank)
+        self.share = Share(self.position, self.mirror, grid, cuts, rank)
 
     def append(self, particles, grid, slab):
         """Append the ghosts of this slab to its particles, without values."""
@@ -196,55 +181,9 @@ class FixedGhosts:
         )
         self.methods_used += np.bincount(used, minlength=len(self.methods_used))
 
+    def complete(self, particles, starts, communicator):
+        """Finish what values of single ghosts do not tell, once all are set: nothing, unless ghosts depend on each other."""
+
     def give(self, particles, starts):
         """Write the values to the ghost rows of this slab and of its halos."""
         give_values(particles.shared, particles.tags, 0, int(starts[-1]), self.values, self.volume)
-
-
-class Share:
-    """What one rank has to do with the ghosts.
-
-    Attributes
-    ----------
-    standing : ndarray of int
-        Ghosts in its columns.
-    mine : ndarray of int
-        Ghosts whose mirror points are in its columns, in the order of their cells.
-    points, cells : ndarray, shapes (n, dim) and (n,)
-        Those mirror points [m], and their local cells.
-    sent, received : dict of int to ndarray
-        By rank: whose values go there, and come from there.
-    """
-
-    def __init__(self, ghosts, grid, cuts, rank):
-        inside = _inside(ghosts.position, grid, 0) & _inside(ghosts.mirror, grid, 1)
-        column, source = grid.column_of(ghosts.position[:, 0]), grid.column_of(ghosts.mirror[:, 0])
-        cuts = np.asarray(cuts)
-        owner = np.searchsorted(cuts, source, side="right") - 1
-
-        def needed(other):
-            return inside & (column >= cuts[other] - 1) & (column <= cuts[other + 1])
-
-        first, last = cuts[rank], cuts[rank + 1]
-        self.standing = np.flatnonzero(inside & (column >= first) & (column < last))
-        is_mine = inside & (owner == rank)
-        mine = np.flatnonzero(is_mine)
-        index = np.floor((ghosts.mirror[mine] - np.array(grid.low)) / grid.cell).astype(np.int64)
-        cells = np.ravel_multi_index(tuple(index.T), grid.shape) - (first - 1) * grid.stride
-        order = np.argsort(cells, kind="stable")
-        self.mine, self.cells = mine[order], cells[order]
-        self.points = ghosts.mirror[self.mine]
-        takers = np.unique(
-            np.searchsorted(cuts, np.clip(column[is_mine][:, None] + [-1, 0, 1], 0, cuts[-1] - 1), side="right") - 1
-        )
-        sent = {int(other): np.flatnonzero(is_mine & needed(other)) for other in takers if other != rank}
-        here = needed(rank)
-        givers = np.unique(owner[here])
-        self.sent = {other: rows for other, rows in sent.items() if len(rows)}
-        self.received = {int(other): np.flatnonzero(here & (owner == other)) for other in givers if other != rank}
-
-
-def _inside(points, grid, margin):
-    """Whether points lie in the grid, so many cells away from its edge."""
-    index = np.floor((points - np.array(grid.low)) / grid.cell)
-    return ((index >= margin) & (index < np.array(grid.shape) - margin)).all(axis=1)
