@@ -66,7 +66,7 @@ def scene_text(scene):
 def json_schema():
     """Return the JSON Schema of scenes, for editors; nothing is required, since a scene may have a base."""
     schema = Scene.model_json_schema()
-    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker", "Block"):
+    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker", "Block", "PolygonWall"):
         schema["$defs"][section].pop("required", None)
     schema["properties"]["base"] = {"type": "string", "description": "scene that this one starts from: built-in, or a file"}
     del schema["required"]
