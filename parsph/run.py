@@ -185,6 +185,10 @@ def _summary(scene, simulation, folder, name, wall, processor, particles):
     }
     if simulation.domain.ghosts:
         summary["walls"] = _walls_summary(simulation)
+    if simulation.domain.exchanging:
+        walls = simulation.domain.walls
+        counts = np.sum(comm.allgather([wall.exchanged for wall in walls]), axis=0)
+        summary["exchanged"] = {wall.name: int(count) for wall, count in zip(walls, counts, strict=True)}
     if comm.rank == 0:
         summary["files"] = 1 + sum(1 for path in folder.rglob("*") if path.is_file())  # and the summary itself
         summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
@@ -239,6 +243,9 @@ def _print_end(simulation, summary):
         out.print(
             f"polygon walls: {walls['ghosts']:,} ghosts; per evaluation {used}; {walls['stopped']:,} times a particle stopped"
         )
+    if "exchanged" in summary:
+        counts = ", ".join(f"{name} {count:,}" for name, count in summary["exchanged"].items())
+        out.print(f"mirror walls: times a particle changed places with its image: {counts or 'no walls'}")
     if "wave height [m]" in summary:
         out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")
         for gauge, height in summary["wave height [m]"].items():

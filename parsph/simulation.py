@@ -100,6 +100,7 @@ class Simulation:
             with timers("sweep"):
                 for first, last in edges:
                     self.sweep(particles, domain.starts, domain.slab, first, last)
+        particles.carry()
         for zone in self._weakening:
             with timers("damping"):
                 zone.restrain(particles, *domain.rows_between(*zone.span))
@@ -149,6 +150,7 @@ class Simulation:
         if self.domain.barrier:
             with self.timers("barrier"):
                 self.domain.stop_at_walls(self.time + dt)
+        self.domain.keep_inside(self.time + dt)
         self.steps, self.last_dt = self.steps + 1, dt
 
     def filter_densities(self):
@@ -172,14 +174,14 @@ class Simulation:
             return self.fixed_dt
         speed, pull = (math.sqrt(square) for square in self._extremes)
         gravity = math.hypot(*self.sweep.gravity)
-        limit = time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, speed, pull)
+        limit = time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, speed, pull, self.sweep.nu)
         with self.timers("agreeing on dt"):
             return self.communicator.minimum(limit)
 
     def first_step(self):
         """Return the length of the first step [s] before anything moves, without asking the other ranks."""
         gravity = math.hypot(*self.sweep.gravity)
-        return self.fixed_dt or time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl)
+        return self.fixed_dt or time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, nu=self.sweep.nu)
 
     # --- the run --------------------------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from ..states import EQUATIONS
 from ..stepping import INTEGRATORS, time_step_limit
 from ..terms import FILTERS
 from ..walls import INTERPOLATORS
-from .build import palette_of, state_of, terms_of, walls_of
+from .build import borders_of, palette_of, state_of, terms_of, walls_of
 from .solids import fillings_of, outlines_of
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
@@ -25,7 +25,7 @@ def costs(scene):
     """Return {quantity: number}: particles, bytes, steps, evaluations, core seconds, disk bytes of a scene."""
     layout = Layout(scene.dim, scene.features)
     particles = sum(filling.count for filling in fillings_of(scene))
-    step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl)
+    step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl, nu=scene.numerics.nu or 0.0)
     steps = math.ceil((scene.time.end + scene.time.settle) / step)
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
     candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
@@ -69,7 +69,14 @@ def print_plan(scene, name):
     equation, _, source = INTEGRATORS[n.integrator].equation.partition("   ")
     table.add_row("time", _plain(equation), _plain(source))
     for wall in walls_of(scene):
-        table.add_row(f"{wall.name} wall", f"mirror particles, {wall.law}, {wall.slip} slip", "Szmidt (2013) Figs. 1, 2")
+        slides = f", slides with ({', '.join(f'{v:g}' for v in wall.velocity)}) m/s" if wall.velocity else ""
+        table.add_row(
+            f"{wall.name} wall", f"mirror particles, {wall.law}, {wall.slip} slip{slides}", "Szmidt (2013) Figs. 1, 2"
+        )
+    if scene.walls.exchange:
+        table.add_row("exchange", "fluid behind a mirror wall changes places with its image", "Szmidt (2013)")
+    for axis, border in zip(scene.domain.periodic, borders_of(scene), strict=True):
+        table.add_row("periodic", f"{axis}, every {border.high - border.low:g} m", "")
     if scene.walls.polygons:
         each = INTERPOLATORS[scene.walls.interpolation]
         table.add_row("mirror points", _plain(f"{each.name}: {each.equation}"), _plain(each.source))
