@@ -22,7 +22,7 @@ from .terms.momentum import pressure_pair
 from .terms.shifting import inside_fluid, shift_factor
 from .terms.spray import spray_rate
 from .terms.tensile import tensile_excess
-from .terms.viscosity import MONAGHAN, NEWTONIAN, artificial_viscosity, unseen_viscosity
+from .terms.viscosity import MONAGHAN, NEWTONIAN, UNSEEN, artificial_viscosity, unseen_viscosity
 from .terms.xsph import smoothing_weight
 
 PADDING = 16
@@ -93,7 +93,7 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
         eta2 = real(0.01 * h * h)
         viscous = real(alpha_h_c0)
         diffusive = real(delta_h_c0)
-        mu, monaghan, third = real(viscosity_mu), real(2 * (dim + 2)), real(1.0 / 3.0)
+        mu, unseen, third = real(viscosity_mu), real(UNSEEN * 2 * (dim + 2)), real(1.0 / 3.0)
         c0_over_h = 1.0 / (h * np.sqrt(inverse_c2))
 
         for cell in range(first_cell, last_cell):
@@ -252,7 +252,7 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                             rQr += sz * dz
                             fz += mF * sz
                         pair += third * trace
-                        pair += unseen_viscosity(monaghan, mu, vr, rQr, r2, eta2, V, Vs[j])
+                        pair += unseen_viscosity(unseen, mu, vr, rQr, r2, eta2, V, Vs[j])
                         VF = Vols[j] * F
                         Dxx -= VF * du * dx
                         if dim > 1:

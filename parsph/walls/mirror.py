@@ -73,7 +73,7 @@ def arm_of(rows, i, d, wall, dim):
 
 @jit
 def reflect_velocity(source, i, column, to, rows, at, dim, wall, slip):
-    """Write to row `to` of `source` the velocity in row `i`, from `column` on, reflected at the wall's where ``rows[at]`` is."""
+    """Write to row `to` of `source` the velocity in row `i`, from `column` on, as the wall reflects it at the place of `at`."""
     rate = wall[5 * dim]
     slip_speed = 0.0
     for d in range(dim):
