@@ -141,7 +141,9 @@ class Simulation:
     # --- one step -------------------------------------------------------------------------------------------------
 
     def step(self, dt):
-        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, and what polygon walls let nothing through."""
+        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, what polygon walls let nothing through, and what
+        crossed a border.
+        """
         with self.timers("step passes"):
             self._extremes = self.integrator.step(self.particles, self._evaluate_untimed, self.time, dt)
         for zone in self.zones:
@@ -150,7 +152,8 @@ class Simulation:
         if self.domain.barrier:
             with self.timers("barrier"):
                 self.domain.stop_at_walls(self.time + dt)
-        self.domain.keep_inside(self.time + dt)
+        with self.timers("arrange"):
+            self.domain.keep_inside(self.time + dt)
         self.steps, self.last_dt = self.steps + 1, dt
 
     def filter_densities(self):

@@ -9,6 +9,7 @@ Newtonian viscosity adds to dv_a/dt, with the strain rate D that the rows carry,
 and the sweep finds ``D_a = sum_b m_b/rho_b (v_ba x_ab + x_ab v_ba) F``.
 """
 
+import json
 import math
 from types import SimpleNamespace
 
@@ -20,13 +21,15 @@ from parsph.columns import Grid
 from parsph.errors import RunError, SceneError
 from parsph.kernels import KERNELS
 from parsph.particles import FIELDS, FIRST_FIXED, FIRST_GHOST, IMAGE_SHIFT, Layout, identities, kinds
+from parsph.run import run
 from parsph.scene.build import borders_of, build, walls_of
 from parsph.scene.load import builtin_names, load_scene
-from parsph.scene.plan import costs
+from parsph.scene.plan import costs, print_plan
 from parsph.stepping import time_step_limit
 from parsph.sweep import Sweep
 from parsph.terms import NONE, SMOOTHED_CONTINUITY, VISCOSITIES, XSPH, Terms
 from parsph.terms.viscosity import UNSEEN, unseen_viscosity
+from parsph.verify import CASES
 from parsph.verify.channels import channel, couette_profile, poiseuille_profile
 from parsph.walls import MirrorWall, PeriodicBorder
 from parsph.walls.mirror import SLIPS
@@ -463,6 +466,55 @@ def test_still_viscous_water_stays_still():
     assert np.abs(simulation.field("velocity")).max() < 0.02 * math.sqrt(9.81 * 0.2)
 
 
+@pytest.mark.parametrize("dim", [1, 2])
+def test_sound_is_damped_by_four_thirds_of_the_viscosity(dim):
+    """A standing wave between walls decays with ``exp(-2/3 nu k^2 t)``, in a line as in a plane: no bulk viscosity."""
+    c0, nu, k = 10.0, 0.05, math.pi
+    size = [1.0, 0.2][:dim]
+    keys = {
+        "domain": {"size": size, "gravity": 0.0, "periodic": ["up"] * (dim > 1)},
+        "fluid": {"blocks": [{"low": [0.0] * dim, "high": size, "pressure": 0.0}]},
+        "walls": {"left": {}, "right": {}},
+        "numerics": {"dx": 0.02, "c0": c0, "state": "linear", "viscosity": "newtonian", "nu": nu},
+        "time": {"end": 1.0},
+    }
+
+    def amplitude(simulation):
+        x = simulation.field("position")[:, 0]
+        velocity = 2 * (simulation.field("velocity")[:, 0] * np.sin(k * x)).mean()
+        return math.hypot(velocity, 2 * c0 / RHO0 * (simulation.field("density") * np.cos(k * x)).mean())
+
+    left = {}
+    for viscosity in ("newtonian", "none"):
+        keys["numerics"].update(viscosity=viscosity, nu=nu if viscosity == "newtonian" else None)
+        simulation = build(load_scene(keys))
+        p = simulation.particles
+        p.shared[p.fluid, dim] = 0.01 * np.sin(k * p.field("position", p.fluid)[:, 0])
+        simulation.run()
+        left[viscosity] = amplitude(simulation) / 0.01
+    assert left["none"] == pytest.approx(1.0, abs=0.05)
+    assert math.log(left["none"] / left["newtonian"]) == pytest.approx(2 / 3 * nu * k**2, rel=0.03)
+
+
+def test_the_channel_meets_its_bars():
+    for case, bars in (("poiseuille", 2), ("couette", 2)):
+        rows = list(CASES[case](True))
+        assert sum(bar is not None for *_, bar in rows) == bars
+        assert all(abs(value) <= bar for _, value, _, bar in rows if bar is not None)
+        (transient,) = (value for metric, value, *_ in rows if "transient" in metric)
+        assert transient < 1.0
+
+
+def test_plan_names_what_the_scene_does(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    overrides = {"walls.exchange": True, "numerics.xsph": 0.5, "numerics.xsph_continuity": True}
+    print_plan(load_scene("couette", overrides), "couette")
+    text = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    for words in ("Jones et al. (2010) eq. (5)", "slides with (0, 1) m/s", "periodic", "changes places", "smoothed velocity G"):
+        assert words in text
+    assert "strain_rate [1/s]" in text
+
+
 # --- velocity smoothing in the continuity equation -----------------------------------------------------------------
 
 
@@ -708,6 +760,15 @@ def test_no_particle_is_seen_behind_a_wall():
         assert (position >= 0).all()
         assert (position[:, 0] <= 0.2).all()
     assert len(np.unique(simulation.field("id"))) == 400
+
+
+def test_the_summary_says_how_often_particles_changed_places(tmp_path, capsys):
+    overrides = {"walls.exchange": True, "numerics.dx": 0.02, "time.end": 0.02, "gauges": []}
+    finished = run("still", overrides, tmp_path / "with")
+    assert finished.summary["exchanged"] == {"left": 0, "right": 0, "bottom": 0}
+    assert json.loads((tmp_path / "with" / "summary.json").read_text())["exchanged"] == finished.summary["exchanged"]
+    assert "changed places with its image: left 0, right 0, bottom 0" in " ".join(capsys.readouterr().out.split())
+    assert "exchanged" not in run("still", {**overrides, "walls.exchange": False}, tmp_path / "without").summary
 
 
 # --- faults --------------------------------------------------------------------------------------------------------

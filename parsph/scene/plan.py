@@ -16,6 +16,7 @@ from .solids import fillings_of, outlines_of
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
 GRADIENT_PASS = 1.4  # of the same with renormalised gradients
+STRAIN_RATES = 1.7  # of the same with newtonian viscosity
 SECONDS_PER_GHOST = 2.0e-7  # hydrostatic interpolation, half of the ghosts dry
 SECONDS_PER_STEP = 1.0e-4  # what a step costs without particles, measured by `bench`
 BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
@@ -31,6 +32,7 @@ def costs(scene):
     candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
     precision = 0.72 if scene.numerics.precision == "float32" else 1.0
     passes = GRADIENT_PASS if scene.numerics.diffusion == "antuono" else 1.0
+    passes *= STRAIN_RATES if scene.numerics.viscosity == "newtonian" else 1.0
     length = sum(math.dist(*edge) for wall in outlines_of(scene) for edge in wall.edges)
     ghosts = length * scene.reach / scene.numerics.dx**2
     snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
