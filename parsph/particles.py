@@ -18,7 +18,7 @@ class Field:
     ----------
     name : str
     rank : int
-        0 for a scalar, 1 for a vector of `dim` components.
+        0 for a scalar, 1 for a vector of `dim` components, 2 for a symmetric tensor: its upper triangle, row by row.
     unit : str
     description : str
     part : str
@@ -38,13 +38,15 @@ class Field:
     needed_by: str = ""
 
 
-# Compiled code relies on the order of the first four: position, velocity, density, pressure.
+# Compiled code relies on the order of the first five, and that what is carried from one evaluation to the next comes after.
 FIELDS = (
     Field("position", 1, "m", "position"),
     Field("velocity", 1, "m/s", "velocity", snapshot=True),
     Field("density", 0, "kg/m^3", "density", snapshot=True),
     Field("pressure", 0, "Pa", "pressure from the equation of state", snapshot=True),
     Field("mass", 0, "kg", "mass, per metre of width in 2D and per square metre of cross-section in 1D", snapshot=True),
+    Field("strain_rate", 2, "1/s", "grad v + (grad v)^T at the evaluation before", needed_by="newtonian"),
+    Field("smoothing", 1, "m/s", "smoothed velocity less the own, at the evaluation before", needed_by="xsph_continuity"),
     Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private"),
     Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private"),
     Field("start_position", 1, "m", "position at the beginning of the step", "private", needed_by="midpoint"),
@@ -84,7 +86,7 @@ class Layout:
 
     def components(self, field):
         """Return the number of components of `field`."""
-        return self.dim if field.rank else 1
+        return (1, self.dim, self.dim * (self.dim + 1) // 2)[field.rank]
 
     def columns(self, name):
         """Return (part, slice) of the field `name`."""
@@ -96,12 +98,17 @@ class Layout:
             first[field.part] = last
         raise KeyError(name)
 
+    def place(self, name):
+        """Return the first column of the field `name` in its row, -1 where this scene does not need it."""
+        return self.columns(name)[1].start if name in [field.name for field in self.fields] else -1
+
     def bytes_per_particle(self):
         """Return the bytes of one particle in all arrays that grow with the particles: rows twice (a sort needs
         both), tags twice, cell, order and rates.
         """
         rows = 8 * (self.width("shared") + self.width("private"))
-        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.dim + 1)
+        strains = sum(self.components(field) for field in self.fields if field.rank == 2)
+        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.dim + 1 + strains)
 
 
 class Particles:
@@ -119,6 +126,8 @@ class Particles:
         Renormalised gradient of the diffusing density [kg/m^4]; halos have it too.
     drift : ndarray, shape (capacity, dim), or (0, dim) in scenes without smoothing and shifting
         What particles move with beside their velocity [m/s].
+    strain_rate : ndarray, shape (capacity, dim (dim + 1) / 2), or (0, ...) in scenes without newtonian viscosity
+        What the sweep finds [1/s], while pairs still use that of the evaluation before, in the rows; see `carry`.
     summed : bool
         Whether `density_rate` holds densities: those of a scene that sums them instead of integrating.
     """
@@ -137,6 +146,9 @@ class Particles:
         self.density_rate = np.zeros(0)
         self.drift = np.zeros((0, layout.dim))
         self.gradient = np.zeros((0, layout.dim))
+        self._carried = [field for field in layout.fields if field.name in ("strain_rate", "smoothing")]
+        strains = layout.dim * (layout.dim + 1) // 2
+        self.strain_rate = np.zeros((int(layout.place("strain_rate") > 0), strains))
         self.reserve(capacity)
 
     def reserve(self, capacity):
@@ -146,7 +158,7 @@ class Particles:
         capacity = int(1.15 * capacity) + 64
         for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
-        for name in ("drift", "gradient"):
+        for name in ("drift", "gradient", "strain_rate"):
             if len(getattr(self, name)):
                 setattr(self, name, _enlarged(getattr(self, name), capacity))
         self._spare = {name: np.zeros_like(array) for name, array in self._spare_like().items()}
@@ -176,6 +188,12 @@ class Particles:
             part, columns = self.layout.columns(name)
             getattr(self, part)[rows, columns] = np.reshape(values, (count, columns.stop - columns.start))
         self.last += count
+
+    def carry(self):
+        """Put what the evaluation that ends found into the owned rows, where the next one looks for it."""
+        for field in self._carried:
+            found = self.strain_rate if field.name == "strain_rate" else self.drift
+            self.shared[self.first : self.last, self.layout.columns(field.name)[1]] = found[self.first : self.last]
 
     @property
     def nbytes(self):

@@ -205,6 +205,9 @@ def _walls_summary(simulation):
         told["stopped"] = int(sum(comm.allgather(domain.barrier.stopped)))
     if domain.markers:
         told["markers"] = domain.markers.count
+    if domain.exchanging:
+        counts = np.sum(comm.allgather([wall.exchanged for wall in domain.walls]), axis=0)
+        told["exchanged"] = {wall.name: int(count) for wall, count in zip(domain.walls, counts, strict=True)}
     return told
 
 
@@ -244,6 +247,9 @@ def _print_end(simulation, summary):
             told += [f"{walls['ghosts']:,} ghosts", f"per evaluation {used}", f"{walls['stopped']:,} times a particle stopped"]
         if "markers" in walls:
             told.append(f"{walls['markers']:,} markers")
+        if "exchanged" in walls:
+            counts = ", ".join(f"{name} {count:,}" for name, count in walls["exchanged"].items())
+            told.append(f"times a particle changed places with its image: {counts or 'no mirrors'}")
         out.print(f"walls: {'; '.join(told)}")
     if "wave height [m]" in summary:
         out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")

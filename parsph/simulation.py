@@ -103,6 +103,7 @@ class Simulation:
         if domain.markers:
             with timers("markers"):
                 domain.push(time)
+        particles.carry()
         for zone in self._weakening:
             with timers("damping"):
                 zone.restrain(particles, *domain.rows_between(*zone.span))
@@ -143,7 +144,9 @@ class Simulation:
     # --- one step -------------------------------------------------------------------------------------------------
 
     def step(self, dt):
-        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, and what polygon walls let nothing through."""
+        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, what polygon walls let nothing through, and what
+        crossed a border.
+        """
         with self.timers("step passes"):
             self._extremes = self.integrator.step(self.particles, self._evaluate_untimed, self.time, dt)
         for zone in self.zones:
@@ -152,6 +155,8 @@ class Simulation:
         if self.domain.barrier:
             with self.timers("barrier"):
                 self.domain.stop_at_walls(self.time + dt)
+        with self.timers("arrange"):
+            self.domain.keep_inside(self.time + dt)
         self.steps, self.last_dt = self.steps + 1, dt
 
     def filter_densities(self):
@@ -175,14 +180,14 @@ class Simulation:
             return self.fixed_dt
         speed, pull = (math.sqrt(square) for square in self._extremes)
         gravity = math.hypot(*self.sweep.gravity)
-        limit = time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, speed, pull)
+        limit = time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, speed, pull, self.sweep.nu)
         with self.timers("agreeing on dt"):
             return self.communicator.minimum(limit)
 
     def first_step(self):
         """Return the length of the first step [s] before anything moves, without asking the other ranks."""
         gravity = math.hypot(*self.sweep.gravity)
-        return self.fixed_dt or time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl)
+        return self.fixed_dt or time_step_limit(self.sweep.h, self.sweep.c0, gravity, self.cfl, nu=self.sweep.nu)
 
     # --- the run --------------------------------------------------------------------------------------------------
 

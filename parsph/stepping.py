@@ -136,8 +136,13 @@ def _arrays(p):
     return p.shared, p.private, p.tags, p.acceleration, p.density_rate, p.drift, p.first, p.last, p.layout.dim, p.summed
 
 
-def time_step_limit(h, c0, gravity, cfl, speed=0.0, acceleration=0.0):
-    """Return the longest step [s]: ``CFL min(h / (c0 + |v|), sqrt(h / max(|a|, g)))``.
+VISCOUS_LIMIT = 0.125
+
+
+def time_step_limit(h, c0, gravity, cfl, speed=0.0, acceleration=0.0, nu=0.0):
+    """Return the longest step [s]: ``min(CFL h / (c0 + |v|), CFL sqrt(h / max(|a|, g)), 0.125 h^2/nu)``.
+
+    The last is that of viscosity (Morris et al. 1997, eq. (31)).
 
     Parameters
     ----------
@@ -146,7 +151,10 @@ def time_step_limit(h, c0, gravity, cfl, speed=0.0, acceleration=0.0):
     cfl : float
     speed, acceleration : float
         Largest of the fluid [m/s], [m/s^2].
+    nu : float
+        Kinematic viscosity [m^2/s].
     """
     pull = max(acceleration, gravity)
     force = math.sqrt(h / pull) if pull > 0 else math.inf
-    return cfl * min(h / (c0 + speed), force)
+    viscous = VISCOUS_LIMIT * h * h / nu if nu > 0 else math.inf
+    return min(cfl * min(h / (c0 + speed), force), viscous)

@@ -16,17 +16,18 @@ from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_c
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
-from .terms.density import SUMMATION, continuity, summation
+from .terms.density import SMOOTHED, SUMMATION, continuity, summation
 from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density
 from .terms.momentum import pressure_pair
 from .terms.shifting import inside_fluid, shift_factor
 from .terms.spray import spray_rate
 from .terms.tensile import tensile_excess
-from .terms.viscosity import artificial_viscosity
+from .terms.viscosity import MONAGHAN, NEWTONIAN, UNSEEN, artificial_viscosity, unseen_viscosity
 from .terms.xsph import smoothing_weight
 
 PADDING = 16
 SCRATCH_ROWS = 15
+STRAINS, SMOOTHINGS = 6, 3  # further rows, in scenes that carry them from one evaluation to the next
 
 
 @lru_cache
@@ -46,19 +47,45 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
     strips = 3 ** (dim - 1)
 
     crowded = tensile != 0 or shifting != 0
+    strained = viscosity == NEWTONIAN
+    smoothed = density_law == SMOOTHED
+    # what rows carry begins behind the mass
+    carried = 2 * dim + 3
+    carried_smoothing = carried + (dim * (dim + 1) // 2 if strained else 0)
+    scratch_rows = SCRATCH_ROWS + STRAINS * strained + SMOOTHINGS * smoothed
+    first_strain, first_smoothing = SCRATCH_ROWS, SCRATCH_ROWS + STRAINS * strained
 
-    def sweep(rows, gradients, tags, starts, first_cell, last_cell, grid, numbers, gravity, acceleration, density_rate, drift):
+    def sweep(
+        rows,
+        gradients,
+        tags,
+        starts,
+        first_cell,
+        last_cell,
+        grid,
+        numbers,
+        gravity,
+        acceleration,
+        density_rate,
+        drift,
+        strain_rate,
+    ):
         cell_size, shape = grid
         reach2 = cell_size * cell_size
-        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h, gamma = numbers
+        h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h, gamma, viscosity_mu = numbers
         stride = cells_per_column(shape)
         most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
-        scratch = np.empty((SCRATCH_ROWS, (most // PADDING + 1) * PADDING), real)
+        scratch = np.empty((scratch_rows, (most // PADDING + 1) * PADDING), real)
         chosen = np.empty(scratch.shape[1], np.int64)
         xs, ys, zs = scratch[0], scratch[1], scratch[2]
         us, vs, ws = scratch[3], scratch[4], scratch[5]
         ms, Ps, Vs, ss, Vols, hs = scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11]
         gxs, gys, gzs = scratch[12], scratch[13], scratch[14]
+        if strained:
+            Qxx, Qxy, Qxz = scratch[first_strain], scratch[first_strain + 1], scratch[first_strain + 2]
+            Qyy, Qyz, Qzz = scratch[first_strain + 3], scratch[first_strain + 4], scratch[first_strain + 5]
+        if smoothed:
+            sus, svs, sws = scratch[first_smoothing], scratch[first_smoothing + 1], scratch[first_smoothing + 2]
 
         inverse_h = real(1.0 / h)
         slope_norm = norm if variable_h else norm / h ** (dim + 2)
@@ -66,6 +93,7 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
         eta2 = real(0.01 * h * h)
         viscous = real(alpha_h_c0)
         diffusive = real(delta_h_c0)
+        mu, unseen, third = real(viscosity_mu), real(UNSEEN * 2 * (dim + 2)), real(1.0 / 3.0)
         c0_over_h = 1.0 / (h * np.sqrt(inverse_c2))
 
         for cell in range(first_cell, last_cell):
@@ -103,6 +131,23 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                 if diffusion != 0:
                     ss[o] = diffusing_density(diffusion, density - rho0, rho0, gamma, rho0 * inverse_c2 * hydrostatic)
                     Vols[o] = mass * inverse
+                if strained:
+                    Vols[o] = mass * inverse
+                    scale = viscosity_mu * inverse * inverse
+                    Qxx[o] = scale * rows[j, carried]
+                    if dim > 1:
+                        Qxy[o] = scale * rows[j, carried + 1]
+                        Qyy[o] = scale * rows[j, carried + dim]
+                    if dim > 2:
+                        Qxz[o] = scale * rows[j, carried + 2]
+                        Qyz[o] = scale * rows[j, carried + 4]
+                        Qzz[o] = scale * rows[j, carried + 5]
+                if smoothed:
+                    sus[o] = rows[j, carried_smoothing]
+                    if dim > 1:
+                        svs[o] = rows[j, carried_smoothing + 1]
+                    if dim > 2:
+                        sws[o] = rows[j, carried_smoothing + 2]
                 if diffusion == ANTUONO:  # halves: a pair takes the mean of two
                     gxs[o] = 0.5 * gradients[j, 0]
                     if dim > 1:
@@ -128,6 +173,17 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                 gys[o] = 0.0
                 gzs[o] = 0.0
                 hs[o] = h
+                if strained:
+                    Qxx[o] = 0.0
+                    Qxy[o] = 0.0
+                    Qxz[o] = 0.0
+                    Qyy[o] = 0.0
+                    Qyz[o] = 0.0
+                    Qzz[o] = 0.0
+                if smoothed:
+                    sus[o] = 0.0
+                    svs[o] = 0.0
+                    sws[o] = 0.0
 
             # one particle's sums at a time
             for i in range(begin, end):
@@ -142,6 +198,12 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                 rate, diffused = real(0.0), real(0.0)
                 px, py, pz = real(0.0), real(0.0), real(0.0)
                 nx, ny, nz, filled = real(0.0), real(0.0), real(0.0), real(0.0)
+                if strained:
+                    Axx, Axy, Axz, Ayy, Ayz, Azz = Qxx[o], Qxy[o], Qxz[o], Qyy[o], Qyz[o], Qzz[o]
+                    Dxx, Dxy, Dxz = real(0.0), real(0.0), real(0.0)
+                    Dyy, Dyz, Dzz = real(0.0), real(0.0), real(0.0)
+                if smoothed:
+                    su, sv, sw = sus[o], svs[o], sws[o]
                 for j in range(padded):
                     dx = x - xs[j]
                     du = u - us[j]
@@ -165,8 +227,41 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                         F *= inverse_h * inverse_h * inverse_h
                     mF = ms[j] * F
                     pair = pressure_pair(P, Ps[j])
-                    if viscosity != 0:
+                    if viscosity == MONAGHAN:
                         pair += artificial_viscosity(viscous, vr, r2, eta2, V, Vs[j])
+                    if strained:
+                        qxx = Axx + Qxx[j]
+                        sx, trace = qxx * dx, qxx
+                        if dim > 1:
+                            qxy, qyy = Axy + Qxy[j], Ayy + Qyy[j]
+                            sx += qxy * dy
+                            sy = qxy * dx + qyy * dy
+                            trace += qyy
+                        if dim > 2:
+                            qxz, qyz, qzz = Axz + Qxz[j], Ayz + Qyz[j], Azz + Qzz[j]
+                            sx += qxz * dz
+                            sy += qyz * dz
+                            sz = qxz * dx + qyz * dy + qzz * dz
+                            trace += qzz
+                        rQr = sx * dx
+                        fx += mF * sx
+                        if dim > 1:
+                            rQr += sy * dy
+                            fy += mF * sy
+                        if dim > 2:
+                            rQr += sz * dz
+                            fz += mF * sz
+                        pair += third * trace
+                        pair += unseen_viscosity(unseen, mu, vr, rQr, r2, eta2, V, Vs[j])
+                        VF = Vols[j] * F
+                        Dxx -= VF * du * dx
+                        if dim > 1:
+                            Dxy -= VF * (du * dy + dv * dx)
+                            Dyy -= VF * dv * dy
+                        if dim > 2:
+                            Dxz -= VF * (du * dz + dw * dx)
+                            Dyz -= VF * (dv * dz + dw * dy)
+                            Dzz -= VF * dw * dz
                     force = mF * pair
                     fx -= force * dx
                     if density_law == SUMMATION or smoothing != 0:
@@ -175,6 +270,13 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                             W *= inverse_h
                     if density_law == SUMMATION:
                         rate += summation(ms[j], W)
+                    elif density_law == SMOOTHED:
+                        Gr = vr + (su - sus[j]) * dx
+                        if dim > 1:
+                            Gr += (sv - svs[j]) * dy
+                        if dim > 2:
+                            Gr += (sw - sws[j]) * dz
+                        rate += continuity(mF, Gr)
                     else:
                         rate += continuity(mF, vr)
                     if dim > 1:
@@ -221,6 +323,15 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                 density_rate[i] = value_norm * rate if density_law == SUMMATION else slope_norm * (rate + diffused)
                 if spray != 0:
                     density_rate[i] += spray_rate(div_r, dim, rows[i, 2 * dim] - rho0, c0_over_h)
+                if strained:
+                    strain_rate[i, 0] = slope_norm * real(2.0) * Dxx
+                    if dim > 1:
+                        strain_rate[i, 1] = slope_norm * Dxy
+                        strain_rate[i, dim] = slope_norm * real(2.0) * Dyy
+                    if dim > 2:
+                        strain_rate[i, 2] = slope_norm * Dxz
+                        strain_rate[i, 4] = slope_norm * Dyz
+                        strain_rate[i, 5] = slope_norm * real(2.0) * Dzz
                 if smoothing != 0 or shifting != 0:
                     toward = 0.0
                     if shifting != 0:  # grad C is taken with the density of the particle itself
@@ -263,6 +374,8 @@ class Sweep:
         In 1D h may grow with the spacing: ``h_a = h_over_dx m_a/rho_a`` within h and h_growth h. A pair has the mean of two.
     gamma : float
         Exponent of the state [-]; 1 for the linear one.
+    nu : float
+        Kinematic viscosity [m^2/s] of newtonian viscosity, 0 without it.
     """
 
     kernel: object
@@ -280,6 +393,7 @@ class Sweep:
     h_over_dx: float = 2.0
     h_growth: float = 1.0
     gamma: float = 7.0
+    nu: float = 0.0
 
     @property
     def compiled(self):
@@ -292,7 +406,8 @@ class Sweep:
         norm = self.kernel.norms[self.dim - 1]
         hc = self.h * self.c0
         strengths = self.alpha * hc, self.delta * hc, self.epsilon, self.shift * self.h
-        return self.h, norm, self.rho0, self.c0**-2, *strengths, self.h_over_dx, self.h * self.h_growth, self.gamma
+        longest_h, mu = self.h * self.h_growth, self.rho0 * self.nu
+        return self.h, norm, self.rho0, self.c0**-2, *strengths, self.h_over_dx, longest_h, self.gamma, mu
 
     def __call__(self, particles, starts, slab, first_column, last_column):
         """Set the rates of the fluid in the local columns ``first_column:last_column`` of `slab`."""
@@ -310,4 +425,5 @@ class Sweep:
             particles.acceleration,
             particles.density_rate,
             particles.drift,
+            particles.strain_rate,
         )

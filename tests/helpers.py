@@ -44,10 +44,23 @@ def water(c0=20.0, name="tait"):
     return State(name, 1000.0, c0, 7.0)
 
 
-def domain_of(grid, fields, walls=(), gravity=None, state=None, reach=None, box=None, cuts=None, communicator=None, tags=None):
+def domain_of(
+    grid,
+    fields,
+    walls=(),
+    gravity=None,
+    state=None,
+    reach=None,
+    box=None,
+    cuts=None,
+    communicator=None,
+    tags=None,
+    features=("verlet",),
+    **options,
+):
     """Return a `Domain` with fluid of the given fields, of which it takes those in its own columns; not arranged.
 
-    Missing fields are at rest, at reference density, and of unit mass.
+    Missing fields are at rest, at reference density, and of unit mass. `options` are those of `Domain`.
     """
     communicator = communicator or Communicator()
     dim, count = fields["position"].shape[1], len(fields["position"])
@@ -65,11 +78,11 @@ def domain_of(grid, fields, walls=(), gravity=None, state=None, reach=None, box=
     tags = np.arange(count) if tags is None else tags
     columns = grid.column_of(fields["position"][:, 0])
     mine = (columns >= cuts[communicator.rank]) & (columns < cuts[communicator.rank + 1])
-    particles = Particles(Layout(dim, ("verlet",)))
+    particles = Particles(Layout(dim, features))
     particles.add(tags[mine], **{name: values[mine] for name, values in full.items()})
     reach = reach or grid.cell
     wetted = box[1][-1]
-    return Domain(grid, particles, list(walls), reach, box, gravity, state, wetted, communicator, cuts)
+    return Domain(grid, particles, list(walls), reach, box, gravity, state, wetted, communicator, cuts, **options)
 
 
 def images_of(domain):

@@ -179,7 +179,7 @@ FAULTS = {
     "center of a block in 2D": ({"fluid.blocks.0.center": 0.1}, "fluid.blocks.0.center", "is for shallow water", '"shallow"'),
     "width of a block in 2D": ({"fluid.blocks.0.width": 0.1}, "fluid.blocks.0.width", "is for shallow water", '"shallow"'),
     "pulse in 2D": ({"fluid.blocks.0.initial": "pulse"}, "fluid.blocks.0.initial", "is for shallow water", '"shallow"'),
-    "summation in 2D": ({"numerics.density": "summation"}, "numerics.density", "is for shallow water", '"continuity"'),
+    "summation in 2D": ({"numerics.density": "summation"}, "numerics.density", "usual range", "density_range"),
     "growing h in 2D": ({"numerics.h_growth": 2.0}, "numerics.h_growth", "is for shallow water", "leave it out"),
     "h that shrinks": ({"numerics.h_growth": 0.5}, "numerics.h_growth", "greater than or equal to 1", "thinning water"),
     "shallow water in 2D": ({"numerics.state": "shallow"}, "domain.size", "needs one dimension", "size = [length]"),

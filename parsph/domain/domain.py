@@ -16,9 +16,11 @@ from ..columns import (
 )
 from ..errors import RunError
 from ..particles import FIRST_GHOST, identities
-from ..walls import wall_images
+from ..walls import translated_images, wall_images
 from .exchange import Exchange
 from .slabs import Slab, balanced_cuts
+
+TURNS = 4  # of the walls at particles in a corner
 
 
 class Domain:
@@ -43,6 +45,10 @@ class Domain:
         Column cuts between the ranks.
     ghosts, barrier, markers : FixedGhosts, Barrier, Markers, optional
         Of walls that are lines.
+    exchanging : bool
+        Whether fluid behind a mirror wall changes places with its images; else it is lost.
+    borders : sequence of PeriodicBorder
+        Of the axes along which everything repeats.
     """
 
     def __init__(
@@ -60,13 +66,18 @@ class Domain:
         ghosts=None,
         barrier=None,
         markers=None,
+        exchanging=False,
+        borders=(),
     ):
         self.grid, self.particles, self.walls = grid, particles, walls
         self.ghosts, self.barrier, self.markers = ghosts, barrier, markers
+        self.exchanging, self.borders = exchanging, borders
         self.reach, self.box, self.gravity, self.state = reach, box, gravity, state
         self.communicator = communicator
         self.exchange = Exchange(communicator, particles)
         self._bands = [wall.band(reach, wetted) for wall in walls]
+        for border in borders:
+            self._bands += border.bands(reach, len(grid.shape))
         self._close = np.zeros(64, np.int32)
         self.starts, self.time = None, 0.0
         self.set_cuts(cuts)
@@ -102,6 +113,7 @@ class Domain:
     def arrange(self, time):
         """Bring all particles into the order of (cell, tag), each on its rank, with their images at `time` [s]."""
         self.time = time
+        self.keep_inside(time)
         left = self._assign()
         if self.communicator.size > 1:
             self._migrate(left)
@@ -109,6 +121,21 @@ class Domain:
         if self.ghosts:
             self._stand(time)
         self._sort()
+
+    def keep_inside(self, time):
+        """Bring what crossed a periodic border or, with exchange, a mirror wall at `time` [s] back into the domain.
+
+        In a corner that leans, the image at one wall may be behind another: so walls take turns until there are none.
+        """
+        for _ in range(TURNS if self.exchanging else 0):
+            exchanged = 0
+            for wall in self.walls:
+                wall.move(time)
+                exchanged += wall.exchange(self.particles, self.reach)
+            if not exchanged:
+                break
+        for border in self.borders:
+            border.come_in(self.particles)
 
     def _assign(self):
         p, slab, grid = self.particles, self.slab, self.grid
@@ -176,6 +203,7 @@ class Domain:
         p, grid = self.particles, self.grid
         first_ghost = p.last
         place = grid.low, 1.0 / grid.cell, grid.shape, self.slab.first * grid.stride
+        carried = p.layout.place("strain_rate"), p.layout.place("smoothing")
         for wall in self.walls:
             wall.move(time)
             p.reserve(p.last + self._close_count + p.last - first_ghost)
@@ -194,9 +222,16 @@ class Domain:
                 self.state.constants,
                 place,
                 self.reach,
+                *carried,
             )
             if bad >= 0:
                 self._lost(bad, f"crossed the {wall.name} wall")
+        for border in self.borders:
+            p.reserve(p.last + self._close_count + p.last - first_ghost)
+            ends = border.axis, border.low, border.high, border.bits
+            p.last = translated_images(
+                p.shared, p.tags, p.cells, self._close, self._close_count, first_ghost, p.last, *ends, place, self.reach
+            )
 
     def _stand(self, time):
         if self.ghosts.moving:

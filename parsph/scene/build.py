@@ -18,8 +18,20 @@ from ..simulation import Simulation
 from ..states import State
 from ..stepping import INTEGRATORS
 from ..sweep import Sweep
-from ..terms import DENSITIES, DIFFUSIONS, FILTERS, NONE, SHIFTINGS, SPRAYS, TENSILE_CONTROLS, VISCOSITIES, XSPH, Terms
-from ..walls import MirrorWall
+from ..terms import (
+    DENSITIES,
+    DIFFUSIONS,
+    FILTERS,
+    NONE,
+    SHIFTINGS,
+    SMOOTHED_CONTINUITY,
+    SPRAYS,
+    TENSILE_CONTROLS,
+    VISCOSITIES,
+    XSPH,
+    Terms,
+)
+from ..walls import MirrorWall, PeriodicBorder
 from ..wavemakers import Palette
 from ..waves import Seiche, phase_speed, pulse
 from .load import scene_text
@@ -63,7 +75,21 @@ def build(scene, communicator=None, folder=None):
         particles.gradient = np.zeros((len(particles.tags), scene.dim))
     wetted = scene.domain.size[-1]
     lines = *ghosts_of(scene, state), markers_of(scene)
-    domain = Domain(grid, particles, walls, reach, box, scene.gravity, state, wetted, communicator, cuts, *lines)
+    domain = Domain(
+        grid,
+        particles,
+        walls,
+        reach,
+        box,
+        scene.gravity,
+        state,
+        wetted,
+        communicator,
+        cuts,
+        *lines,
+        exchanging=scene.walls.exchange,
+        borders=borders_of(scene),
+    )
     sweep = Sweep(
         scene.kernel,
         terms,
@@ -80,6 +106,7 @@ def build(scene, communicator=None, folder=None):
         n.h_over_dx,
         n.h_growth,
         1.0 if n.state == "linear" else n.gamma,
+        n.nu or 0.0,
     )
     simulation = Simulation(
         domain,
@@ -130,7 +157,7 @@ def terms_of(scene):
     """Return the terms that the scene names."""
     n = scene.numerics
     return Terms(
-        DENSITIES[n.density],
+        SMOOTHED_CONTINUITY if n.xsph_continuity else DENSITIES[n.density],
         VISCOSITIES[n.viscosity],
         DIFFUSIONS[n.diffusion],
         XSPH if n.xsph else NONE,
@@ -152,8 +179,18 @@ def walls_of(scene):
         point[axis] = 0.0 if direction > 0 else size[axis]
         normal[axis] = float(direction)
         motion = palette_of(scene) if side == "left" else None
-        walls.append(MirrorWall(side, tuple(point), tuple(normal), law, wall.slip, 1 << bit, motion))
+        velocity = tuple(wall.velocity or ())
+        walls.append(MirrorWall(side, tuple(point), tuple(normal), law, wall.slip, 1 << bit, motion, velocity))
     return walls
+
+
+def borders_of(scene):
+    """Return the periodic borders; their bits follow those of the sides."""
+    axes, borders = {"up": scene.dim - 1}, []
+    for name in scene.domain.periodic:
+        axis, first = axes[name], len(_SIDES) + 2 * len(borders)
+        borders.append(PeriodicBorder(axis, 0.0, float(scene.domain.size[axis]), (1 << first, 1 << first + 1)))
+    return borders
 
 
 def palette_of(scene):
@@ -264,13 +301,15 @@ def _density_factor(scene, zone):
     return (scene.c0 / speed) ** 2
 
 
-def _lattice_sum(scene, lattice):
-    """Return the sum of W V over a line of particles, by which summed densities would be wrong; 1 where they are not summed."""
+def _lattice_sum(scene, filling):
+    """Return the sum of W V over the lattice of a block, by which summed densities would be wrong; 1 where none are summed."""
     if scene.numerics.density != "summation":
         return 1.0
-    step = lattice.step[0]  # summed densities are for 1D, where blocks are lattices
-    reach = math.ceil(scene.kernel.support * scene.h / step)
-    return float(step * scene.kernel.value(step * np.abs(np.arange(-reach, reach + 1)), scene.h, 1).sum())
+    lattice = getattr(filling, "lattice", filling)
+    numbers = [math.ceil(scene.kernel.support * scene.h / step) for step in lattice.step]
+    axes = [step * np.arange(-n, n + 1) for n, step in zip(numbers, lattice.step, strict=True)]
+    distance = np.sqrt(sum(x**2 for x in np.meshgrid(*axes, indexing="ij")))
+    return float(lattice.volume * scene.kernel.value(distance, scene.h, scene.dim).sum())
 
 
 def _initial(scene, state, block, position):

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import SceneError, did_you_mean
 from ..io.tables import table_name
-from ..stepping import INTEGRATORS, time_step_limit
+from ..stepping import INTEGRATORS, VISCOUS_LIMIT, time_step_limit
 from ..walls import REPULSIONS, TREATMENTS
 from .solids import fillings_of, polygon_faults, wall_faults
 
@@ -19,7 +19,8 @@ def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
     faults = _shapes(scene) or _shallow(scene) or _treatment(scene)
     faults = faults or wall_faults(scene)
-    return faults or [*_numerics(scene), *_geometry(scene), *_wavemaker(scene), *_damping(scene), *_gauges(scene)]
+    rest = _numerics, _terms, _geometry, _sliding, _periodic, _wavemaker, _damping, _gauges
+    return faults or [fault for part in rest for fault in part(scene)]
 
 
 def _vector(where, values, dim):
@@ -73,6 +74,9 @@ def _treatment(scene):
         cure = "mirror" if scene.dim != 2 else "leave it out"
         kinds = "shallow water" if scene.shallow else f"{scene.dim}D"
         faults.append(SceneError(f"{treatment.name!r} is not for {kinds}", where=where, cure=cure))
+    if walls.exchange:
+        why, cure = "there are no images to change places with", "false, or mirror walls"
+        faults.append(SceneError("is for mirror walls", where="walls.exchange", why=why, cure=cure))
     if not scene.sides and not walls.polygons:
         faults.append(SceneError("there are no walls", where=where, cure="[walls] left = {}, ..., or polygons"))
     if scene.wavemaker:
@@ -104,9 +108,10 @@ def _shallow(scene):
             keys = [key for key in ("depth", "center", "width") if getattr(block, key) is not None]
             for key in keys + ["initial"] * (block.initial == "pulse"):
                 faults.append(SceneError("is for shallow water", where=f"fluid.blocks.{number}.{key}", cure=_ONLY_SHALLOW))
-        if n.density == "summation":
-            why = "the sum falls off at a free surface"
-            faults.append(SceneError("is for shallow water", where="numerics.density", why=why, cure='"continuity"'))
+        if n.density == "summation" and n.density_range is None:
+            why = "outside shallow water the sum falls off at a free surface, and at sides without walls"
+            cure = 'how far densities may fall in numerics.density_range, as [0.4, 1.3]; or "continuity"'
+            faults.append(SceneError("does not fit the usual range", where="numerics.density", why=why, cure=cure))
         if n.h_growth > 1:
             faults.append(SceneError("is for shallow water", where="numerics.h_growth", cure="1, or leave it out"))
         return faults
@@ -131,10 +136,7 @@ def _shallow(scene):
         why = "h follows the density of the evaluation before, which grows noise unless the flow is viscous"
         cure = 'viscosity = "monaghan" with alpha >= 0.5 and integrator = "verlet", or h_growth = 1'
         faults.append(SceneError("a growing h is unstable here", where="numerics.h_growth", why=why, cure=cure))
-    if n.density == "summation" and n.diffusion != "none":
-        cure = 'diffusion = "none", or density = "continuity"'
-        faults.append(SceneError("has nothing to act on", where="numerics.diffusion", why="densities are summed", cure=cure))
-    elif n.diffusion == "fourtakas":
+    if n.diffusion == "fourtakas" and n.density != "summation":
         why = "there is no hydrostatic part"
         faults.append(SceneError("has no meaning here", where="numerics.diffusion", why=why, cure='"molteni" or "none"'))
     return faults
@@ -152,7 +154,8 @@ def _numerics(scene):
                 cure=f"{low} to {high}",
             )
         )
-    if not scene.shallow and n.c0 is None and (scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0):
+    weightless = scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0 or scene.domain.periodic
+    if not scene.shallow and n.c0 is None and weightless:
         faults.append(
             SceneError(
                 "is missing",
@@ -166,15 +169,16 @@ def _numerics(scene):
         faults.append(SceneError("must hold 1 and not begin below 0", where="numerics.density_range", cure="as [0.7, 1.3]"))
     integrator = INTEGRATORS[n.integrator]
     gravity = abs(scene.gravity[-1])
-    limit = time_step_limit(scene.h, scene.c0, gravity, integrator.largest_cfl)
+    limit = time_step_limit(scene.h, scene.c0, gravity, integrator.largest_cfl, nu=n.nu or 0.0)
     reason = f"the {n.integrator} integrator is stable up to cfl {integrator.largest_cfl}, dt = cfl h/c0"
+    viscous = f" and nu = {n.nu:.4g} m^2/s, dt = {VISCOUS_LIMIT} h^2/nu" if n.nu else ""
     if scene.time.dt is not None and scene.time.dt > limit:
-        cure = f"at most {limit:.3g} s for h = {scene.h:.4g} m, c0 = {scene.c0:.4g} m/s; or leave it out"
+        cure = f"at most {limit:.3g} s for h = {scene.h:.4g} m, c0 = {scene.c0:.4g} m/s{viscous}; or leave it out"
         faults.append(SceneError(f"{scene.time.dt:g} s is unstable", where="time.dt", why=reason, cure=cure))
     if scene.cfl > integrator.largest_cfl:
         cure = f"at most {integrator.largest_cfl}; {integrator.cfl} is the default"
         faults.append(SceneError(f"{scene.cfl:g} is unstable", where="time.cfl", why=reason, cure=cure))
-    if scene.dim > 1 and scene.domain.gravity * scene.depth > 0.25 * scene.c0**2:
+    if scene.dim > 1 and not scene.domain.periodic and scene.domain.gravity * scene.depth > 0.25 * scene.c0**2:
         faults.append(
             SceneError(
                 f"{scene.c0:.4g} m/s is too slow for {scene.depth:.4g} m of water",
@@ -183,6 +187,112 @@ def _numerics(scene):
                 cure=f"at least {10 * math.sqrt(scene.domain.gravity * scene.depth):.4g} m/s, ten times sqrt(g depth)",
             )
         )
+    return faults
+
+
+def _terms(scene):
+    """Terms that need others, or exclude them."""
+    n, faults = scene.numerics, []
+    if n.viscosity == "newtonian" and n.nu is None:
+        faults.append(
+            SceneError("is missing", where="numerics.nu", why="viscosity is newtonian", cure="1e-6 for water [m^2/s]")
+        )
+    if n.viscosity == "newtonian" and (scene.lines or not scene.mirrors):
+        why = "ghosts and markers carry no strain rate"
+        cure = "mirror walls, or another viscosity"
+        faults.append(SceneError("needs mirror walls", where="numerics.viscosity", why=why, cure=cure))
+    if n.viscosity == "newtonian" and scene.shallow:
+        why = "a sum over the horizontal knows no stress over the depth"
+        faults.append(
+            SceneError("is no term of shallow water", where="numerics.viscosity", why=why, cure='"monaghan" or "none"')
+        )
+    if n.viscosity != "newtonian" and n.nu is not None:
+        cure = 'viscosity = "newtonian", or leave it out'
+        faults.append(SceneError("has no meaning here", where="numerics.nu", why=f"viscosity is {n.viscosity}", cure=cure))
+    if n.density == "summation":
+        for key in ("diffusion", "spray"):
+            if getattr(n, key) != "none":
+                cure = f'{key} = "none", or density = "continuity"'
+                why = "densities are summed"
+                faults.append(SceneError("has nothing to act on", where=f"numerics.{key}", why=why, cure=cure))
+    if n.xsph_continuity:
+        for key, fits, cure in (
+            ("xsph", n.xsph > 0, "an xsph > 0, or xsph_continuity = false"),
+            ("density", n.density == "continuity", '"continuity", or xsph_continuity = false'),
+            ("shifting", n.shifting == "none", '"none", or xsph_continuity = false'),
+        ):
+            if not fits:
+                why = "the continuity equation shall have the smoothed velocity, and that alone"
+                faults.append(SceneError("does not go with xsph_continuity", where=f"numerics.{key}", why=why, cure=cure))
+    return faults
+
+
+def _sliding(scene):
+    """Mirror walls that slide in their planes."""
+    faults = []
+    for side, axis in AXES.items():
+        wall, where = getattr(scene.walls, side), f"walls.{side}.velocity"
+        if wall is None or wall.velocity is None:
+            continue
+        if not scene.mirrors:
+            cure = 'walls.treatment = "mirror", or leave it out'
+            faults.append(SceneError("is for mirror walls", where=where, cure=cure))
+        wrong = _vector(where, wall.velocity, scene.dim)
+        if wrong:
+            faults += wrong
+        elif wall.velocity[axis] != 0:
+            cure = f"0 as component {axis % scene.dim}"
+            faults.append(SceneError("moves the wall out of its plane", where=where, why="the domain stays", cure=cure))
+        elif wall.slip != "no":
+            faults.append(SceneError("is felt by nothing", where=where, why="the slip is free", cure='slip = "no"'))
+        if side == "left" and scene.wavemaker:
+            faults.append(SceneError("the wavemaker moves this wall", where=where, cure="leave it out"))
+    return faults
+
+
+def _periodic(scene):
+    """What a vertical without ends excludes."""
+    if not scene.domain.periodic:
+        return []
+    where = "domain.periodic"
+    if scene.dim == 1:
+        return [SceneError("there is no up in 1D", where=where, cure="leave it out")]
+    faults, height, least = [], scene.domain.size[-1], 2 * scene.reach
+    if len(set(scene.domain.periodic)) < len(scene.domain.periodic):
+        faults.append(SceneError("names an axis twice", where=where, cure='["up"]'))
+    if height < least:
+        why = "a particle would meet another and its copy"
+        cure = f"a height of at least {least:.4g} m, two supports of the kernel"
+        faults.append(SceneError(f"{height:g} m are too few", where="domain.size", why=why, cure=cure))
+    for side in ("bottom", "top"):
+        if getattr(scene.walls, side) is not None:
+            why = "the vertical is periodic"
+            faults.append(SceneError("there is no such side", where=f"walls.{side}", why=why, cure="leave it out"))
+    if scene.lines or not scene.mirrors:
+        why, at = "ghosts and markers are not repeated", "walls.polygons" if scene.mirrors else "walls.treatment"
+        faults.append(SceneError("cannot be where the vertical is periodic", where=at, why=why, cure="mirror walls"))
+    if scene.wavemaker:
+        why = "the vertical is periodic"
+        faults.append(SceneError("there is no bed to hinge it at", where="wavemaker", why=why, cure="leave it out"))
+    if scene.numerics.diffusion in ("fourtakas", "antuono"):
+        why = "it takes the hydrostatic density off, which jumps where the vertical begins again"
+        faults.append(SceneError("needs a column of water", where="numerics.diffusion", why=why, cure='"molteni" or "none"'))
+    for number, block in enumerate(scene.fluid.blocks):
+        if block.pressure is None:
+            why = "there is no surface that a still-water pressure could begin at"
+            at = f"fluid.blocks.{number}.pressure"
+            faults.append(SceneError("is missing", where=at, why=why, cure="that of the block [Pa]"))
+        if block.initial == "seiche":
+            why = "there is no surface for a wave"
+            faults.append(SceneError("cannot begin so", where=f"fluid.blocks.{number}.initial", why=why, cure='"still"'))
+    for number, gauge in enumerate(scene.gauges):
+        if gauge.kind == "level":
+            why = "the vertical is periodic"
+            faults.append(SceneError("there is no surface", where=f"gauges.{number}", why=why, cure="another gauge"))
+    for number, zone in enumerate(scene.damping):
+        if zone.density != "none":
+            why = "there is no still water to damp towards"
+            faults.append(SceneError("needs a surface", where=f"damping.{number}.density", why=why, cure='"none"'))
     return faults
 
 
@@ -263,6 +373,9 @@ def _damping(scene):
         if zone.sigma0 is not None and zone.v_ref is not None:
             why = "sigma0 is v_ref / L"
             faults.append(SceneError("given beside v_ref", where=f"{where}.sigma0", why=why, cure="one of the two"))
+        if zone.density != "none" and scene.numerics.density == "summation" and not scene.shallow:
+            why = "densities are summed"
+            faults.append(SceneError("has nothing to act on", where=f"{where}.density", why=why, cure='"none"'))
         if zone.density == "matched" and not scene.shallow and (scene.dim == 1 or scene.domain.gravity * scene.depth <= 0):
             why = "it is matched to the speed of surface waves"
             cure = '"plain" or "none"'

@@ -10,12 +10,13 @@ from ..states import EQUATIONS
 from ..stepping import INTEGRATORS, time_step_limit
 from ..terms import FILTERS
 from ..walls import INTERPOLATORS, TREATMENTS
-from .build import palette_of, state_of, terms_of, walls_of
+from .build import borders_of, palette_of, state_of, terms_of, walls_of
 from .solids import fillings_of, markers_of, outlines_of
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
 GRADIENT_PASS = 1.4  # of the same with renormalised gradients
+STRAIN_RATES = 1.7  # of the same with newtonian viscosity
 SECONDS_PER_GHOST = 2.0e-7  # hydrostatic interpolation, half of the ghosts dry
 SECONDS_PER_STEP = 1.0e-4  # what a step costs without particles, measured by `bench`
 BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
@@ -25,12 +26,13 @@ def costs(scene):
     """Return {quantity: number}: particles, bytes, steps, evaluations, core seconds, disk bytes of a scene."""
     layout = Layout(scene.dim, scene.features)
     particles = sum(filling.count for filling in fillings_of(scene))
-    step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl)
+    step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl, nu=scene.numerics.nu or 0.0)
     steps = math.ceil((scene.time.end + scene.time.settle) / step)
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
     candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
     precision = 0.72 if scene.numerics.precision == "float32" else 1.0
     passes = GRADIENT_PASS if scene.numerics.diffusion == "antuono" else 1.0
+    passes *= STRAIN_RATES if scene.numerics.viscosity == "newtonian" else 1.0
     length = sum(math.dist(*edge) for wall in outlines_of(scene) for edge in wall.edges)
     ghosts = length * scene.reach / scene.numerics.dx**2
     snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
@@ -70,7 +72,12 @@ def print_plan(scene, name):
     table.add_row("time", _plain(equation), _plain(source))
     for wall in walls_of(scene):
         treatment = TREATMENTS["mirror-plain" if wall.law == "plain" else "mirror"]
-        table.add_row(f"{wall.name} wall", f"{treatment.description}, {wall.slip} slip", treatment.source)
+        slides = f", slides with ({', '.join(f'{v:g}' for v in wall.velocity)}) m/s" if wall.velocity else ""
+        table.add_row(f"{wall.name} wall", f"{treatment.description}, {wall.slip} slip{slides}", treatment.source)
+    if scene.walls.exchange:
+        table.add_row("exchange", "fluid behind a mirror wall changes places with its image", "Szmidt (2013)")
+    for axis, border in zip(scene.domain.periodic, borders_of(scene), strict=True):
+        table.add_row("periodic", f"{axis}, every {border.high - border.low:g} m", "")
     treatment = scene.treatment
     if scene.lines and treatment.family == "ghosts":
         each = INTERPOLATORS[scene.walls.interpolation]

@@ -39,6 +39,9 @@ class DomainSection(Section):
 
     size: Vector = Field(description="extent [m] in x and up (2D), x alone (1D), x, y and up (3D); no particle may leave it")
     gravity: NotNegative = Field(9.81, description="gravity [m/s^2], downwards along the last axis; without effect in 1D")
+    periodic: list[Literal["up"]] = Field(
+        [], description="axes along which everything repeats, from end to end of the domain (2D, 3D); up: the vertical"
+    )
 
 
 class Ellipse(Section):
@@ -115,6 +118,9 @@ class Wall(Section):
     """A wall along a side of the domain."""
 
     slip: Literal[*SLIPS] = Field("free", description="free slip or no slip")
+    velocity: Vector | None = Field(
+        None, description="with what the wall slides in its plane [m/s]; needs no slip; default: it stands still"
+    )
 
 
 class Swing(Section):
@@ -176,6 +182,9 @@ class WallsSection(Section):
     back: Wall | None = Field(None, description="wall at the largest y (3D)")
     bottom: Wall | None = Field(None, description="bed")
     top: Wall | None = Field(None, description="lid")
+    exchange: bool = Field(
+        False, description="fluid that gets behind a mirror wall changes places with its image, where it would end the run else"
+    )
     polygons: list[PolygonWall] = Field([], description="walls of any shape (2D)")
     interpolation: Literal[*INTERPOLATORS] = Field(
         "hydrostatic", description="how fixed ghosts get pressure and velocity of the fluid at their mirror points"
@@ -285,10 +294,13 @@ class Numerics(Section):
     gamma: Annotated[float, Field(ge=1, le=15)] = Field(7.0, description="exponent of the Tait equation [-], 1 to 15")
     viscosity: Literal[*VISCOSITIES] = Field("none", description="viscosity of the momentum equation")
     alpha: NotNegative = Field(0.02, description="strength of monaghan viscosity [-]")
+    nu: Positive | None = Field(None, description="kinematic viscosity of newtonian viscosity [m^2/s], and needed there")
     diffusion: Literal[*DIFFUSIONS] = Field("none", description="density diffusion")
     delta: Annotated[float, Field(ge=0, le=0.5)] = Field(0.1, description="strength of the diffusion [-], up to 0.5")
     density: Literal[*DENSITIES] = Field(
-        "continuity", description="integrated by the continuity equation, or summed over neighbours (shallow water)"
+        "continuity",
+        description="integrated by the continuity equation, or summed over neighbours, which outside shallow water needs "
+        "density_range: sums fall off at a free surface",
     )
     reinitialise: Literal[*FILTERS] = Field("none", description="densities are summed over neighbours anew from time to time")
     reinitialise_every: Annotated[int, Field(ge=1)] = Field(20, description="steps between two re-initialisations")
@@ -299,6 +311,7 @@ class Numerics(Section):
         "none", description="pressureless: particles with hardly any neighbours lose their pressure"
     )
     xsph: Annotated[float, Field(ge=0, le=1)] = Field(0.0, description="velocity smoothing epsilon [-]; 0: none")
+    xsph_continuity: bool = Field(False, description="the smoothed velocity is used in the continuity equation too; needs xsph")
     integrator: Literal[*INTEGRATORS] = Field("verlet", description="time integration")
     precision: Literal["float64", "float32"] = Field(
         "float64", description="of the arithmetic of pairs; the state is always float64"
@@ -369,7 +382,8 @@ class Scene(Section):
     @property
     def features(self):
         """What needs fields of its own (`parsph.particles.FIELDS`)."""
-        return (self.numerics.integrator,)
+        n = self.numerics
+        return (n.integrator, n.viscosity, *["xsph_continuity"] * n.xsph_continuity)
 
     @property
     def gravity(self):
@@ -430,6 +444,8 @@ class Scene(Section):
         """
         if self.shallow:
             return max(block.depth for block in self.fluid.blocks)
+        if self.domain.periodic:  # no column, and no weight that compresses it
+            return self.fluid.rho0
         return self.fluid.rho0 / (1.0 + 0.5 * abs(self.gravity[-1]) * max(self.depth, 0.0) / self.c0**2)
 
     @property

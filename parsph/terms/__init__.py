@@ -7,7 +7,7 @@ particle a share ``F = (1/r) dW/dr``, so ``grad_a W_ab = F r_ab`` with ``r_ab = 
 
 from dataclasses import dataclass
 
-from .density import DENSITIES
+from .density import DENSITIES, SMOOTHED_CONTINUITY
 from .diffusion import DIFFUSIONS
 from .filter import FILTERS
 from .momentum import MOMENTUM
@@ -68,6 +68,7 @@ __all__ = [
     "MOMENTUM",
     "NONE",
     "SHIFTINGS",
+    "SMOOTHED_CONTINUITY",
     "SPRAYS",
     "TENSILE_CONTROLS",
     "VISCOSITIES",

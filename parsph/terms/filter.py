@@ -8,7 +8,9 @@ PLAIN, SHEPARD, MLS = 1, 2, 3
 
 FILTERS = {
     "none": NONE,
-    "plain": Term("plain", PLAIN, "rho_a = sum_b m_b W_ab", "Monaghan (1992); falls off at a free surface"),
+    "plain": Term(
+        "plain", PLAIN, "rho_a = sum_b m_b W_ab", "Szmidt (2013) eq. (37), Monaghan (1992); falls off at a free surface"
+    ),
     "shepard": Term(
         "shepard",
         SHEPARD,

@@ -6,6 +6,7 @@ from .ghosts import FixedGhosts
 from .interpolation import INTERPOLATORS
 from .markers import Line, Markers
 from .mirror import MirrorWall, wall_images
+from .periodic import PeriodicBorder, translated_images
 from .repulsion import REPULSIONS
 from .strip import Strip
 from .treatments import TREATMENTS
@@ -21,6 +22,8 @@ __all__ = [
     "Lines",
     "Markers",
     "MirrorWall",
+    "PeriodicBorder",
     "Strip",
+    "translated_images",
     "wall_images",
 ]

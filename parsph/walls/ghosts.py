@@ -25,11 +25,16 @@ from .shares import Part, Share
 
 @jit
 def stand(rows, tags, cells, end, chosen, position, grid):
-    """Append the ghosts `chosen`, places alone, from row `end` on; return the new end."""
+    """Append the ghosts `chosen`, places alone, from row `end` on; return the new end.
+
+    What rows carry from one evaluation to the next is zero in them, where a scene has any.
+    """
     low, inverse, shape, first_cell = grid
     for g in chosen:
         for d in range(len(shape)):
             rows[end, d] = position[g, d]
+        for column in range(2 * len(shape) + 3, rows.shape[1]):
+            rows[end, column] = 0.0
         tags[end] = FIRST_FIXED + g
         cells[end] = cell_of(rows, end, low, inverse, shape) - first_cell
         end += 1

@@ -10,6 +10,18 @@ Free slip reflects the velocity relative to the wall's local velocity, ``v - 2 [
 ``2 v_w - v``. Walls are taken in turn, and each mirrors the images of those before it too: corners come of themselves. An
 image that lies beyond a later wall is dropped, since that wall's own images fill the place.
 
+What particles carry from one evaluation to the next is reflected with the velocity field. Smoothing is a velocity that the
+wall has none of. For the strain rate D (`parsph.terms.viscosity`) let R be the reflection and n the normal: the velocity
+gradient of the image is ``R G R`` at free slip, so its strain rate is ``R D R``: the shear ``n . D . t`` changes its sign.
+At no slip it is ``-G R``: what derives along the normal continues, what derives along the wall changes its sign, and vanishes
+at the wall, whether that is at rest or moves in its plane. D does not tell the two parts of its shear from each other; as the
+one along the wall vanishes there, all of it continues. At a wall that turns, both hold in the frame of the wall, from which
+D differs by no more than the velocity does: by a rotation, which has no strain rate.
+
+Exchange: a fluid particle that got behind a wall changes places with its image (Szmidt 2013): position and
+velocity are reflected, at the beginning of the step too, since integrators go on from there; what it carries as well. Its
+density stays.
+
 A palette is mirrored along the bed, not along its normal: an image has the height of its original. Reflected squarely, the
 images of a plate that leans by theta would leave a wedge of 2 theta at the hinge empty, or fill it twice, and the corner
 would suck particles in; mirrored along the bed, the line of the bed maps onto itself. Both maps keep volumes.
@@ -31,8 +43,108 @@ SLIPS = {"free": FREE_SLIP, "no": NO_SLIP}
 
 
 @jit
+def distance_of(rows, i, column, wall, dim):
+    """How far the place in row `i`, from `column` on, is in front of the wall [m]."""
+    distance = 0.0
+    for d in range(dim):
+        distance += (rows[i, column + d] - wall[d]) * wall[dim + d]
+    return distance
+
+
+@jit
+def slant_of(wall, dim):
+    """How far one goes along the normal on a unit of way in the direction of mirroring."""
+    slant = 0.0
+    for d in range(dim):
+        slant += wall[dim + d] * wall[4 * dim + d]
+    return slant
+
+
+@jit
+def arm_of(rows, i, d, wall, dim):
+    """What the rate of rotation is multiplied with in component `d` of the wall's velocity where row `i` is [m]."""
+    up = dim - 1
+    if dim > 1 and d == 0:
+        return -(rows[i, up] - wall[up])
+    if dim > 1 and d == up:
+        return rows[i, 0] - wall[0]
+    return 0.0
+
+
+@jit
+def reflect_velocity(source, i, column, to, rows, at, dim, wall, slip):
+    """Write to row `to` of `source` the velocity in row `i`, from `column` on, as the wall reflects it at the place of `at`."""
+    rate = wall[5 * dim]
+    slip_speed = 0.0
+    for d in range(dim):
+        wall_velocity = wall[2 * dim + d] + rate * arm_of(rows, at, d, wall, dim)
+        slip_speed += (source[i, column + d] - wall_velocity) * wall[dim + d]
+    for d in range(dim):
+        if slip == NO_SLIP:
+            wall_velocity = wall[2 * dim + d] + rate * arm_of(rows, at, d, wall, dim)
+            source[to, column + d] = 2.0 * wall_velocity - source[i, column + d]
+        else:
+            source[to, column + d] = source[i, column + d] - 2.0 * slip_speed * wall[dim + d]
+
+
+@jit
+def strain_place(a, b, dim):
+    """Column of the component (a, b) in the upper triangle of a symmetric tensor, row by row."""
+    low, high = min(a, b), max(a, b)
+    return low * dim - low * (low - 1) // 2 + high - low
+
+
+@jit
+def reflect_carried(rows, i, to, dim, wall, slip, strain_rate, smoothing):
+    """Write to row `to` what the image of row `i` carries: strain rate and smoothing, in these columns, or -1 without."""
+    if smoothing >= 0:
+        along = 0.0
+        for d in range(dim):
+            along += rows[i, smoothing + d] * wall[dim + d]
+        for d in range(dim):
+            value = rows[i, smoothing + d]
+            rows[to, smoothing + d] = -value if slip == NO_SLIP else value - 2.0 * along * wall[dim + d]
+    if strain_rate >= 0:
+        # Dn = D . n, nDn = n . D . n; free slip R D R = D - 2 (n Dn + Dn n) + 4 nDn n n, no slip D - 2 P D P with P = 1 - n n
+        Dx, Dy, Dz, nDn = 0.0, 0.0, 0.0, 0.0
+        for b in range(dim):
+            n = wall[dim + b]
+            Dx += rows[i, strain_rate + strain_place(0, b, dim)] * n
+            if dim > 1:
+                Dy += rows[i, strain_rate + strain_place(1, b, dim)] * n
+            if dim > 2:
+                Dz += rows[i, strain_rate + strain_place(2, b, dim)] * n
+        Dn = (Dx, Dy, Dz)
+        for a in range(dim):
+            nDn += Dn[a] * wall[dim + a]
+        sign, twice = (-1.0, 2.0) if slip == NO_SLIP else (1.0, 4.0)
+        for a in range(dim):
+            for b in range(a, dim):
+                column = strain_rate + strain_place(a, b, dim)
+                sheared = 2.0 * (wall[dim + a] * Dn[b] + wall[dim + b] * Dn[a])
+                rows[to, column] = sign * (rows[i, column] - sheared + twice * nDn * wall[dim + a] * wall[dim + b])
+
+
+@jit
 def wall_images(
-    rows, tags, cells, close, close_count, first_ghost, end, dim, wall, law, slip, bit, gravity, state, grid, reach
+    rows,
+    tags,
+    cells,
+    close,
+    close_count,
+    first_ghost,
+    end,
+    dim,
+    wall,
+    law,
+    slip,
+    bit,
+    gravity,
+    state,
+    grid,
+    reach,
+    strain_rate,
+    smoothing,
 ):
     """Append the images of all particles within `reach` of a wall.
 
@@ -53,6 +165,8 @@ def wall_images(
         [m/s^2]; constants of the state; (low, 1/cell, shape, first cell of the slab).
     reach : float
         Distance up to which particles have images [m].
+    strain_rate, smoothing : int
+        First columns of what rows carry, -1 where they carry none.
 
     Returns
     -------
@@ -60,17 +174,15 @@ def wall_images(
         (end of the images, first fluid row beyond the wall or -1)
     """
     low, inverse, shape, first_cell = grid
-    up = dim - 1
     rate, spin = wall[5 * dim], wall[5 * dim + 1]
+    slant = slant_of(wall, dim)
     ghosts = end - first_ghost
     bad = -1
     for k in range(close_count + ghosts):
         i = close[k] if k < close_count else first_ghost + k - close_count
         if cells[i] < 0:
             continue
-        distance = 0.0
-        for d in range(dim):
-            distance += (rows[i, d] - wall[d]) * wall[dim + d]
+        distance = distance_of(rows, i, 0, wall, dim)
         if distance < 0.0:
             if tags[i] < FIRST_GHOST:
                 bad = i
@@ -79,30 +191,15 @@ def wall_images(
             continue
         if distance >= reach:
             continue
-        slant = 0.0
-        for d in range(dim):
-            slant += wall[dim + d] * wall[4 * dim + d]
         head = 0.0
-        slip_speed = 0.0
         for d in range(dim):
-            arm = 0.0
-            if dim > 1 and d == 0:
-                arm = -(rows[i, up] - wall[up])
-            elif dim > 1 and d == up:
-                arm = rows[i, 0] - wall[0]
             # the wall's motion where the particle touches it
-            wall_velocity = wall[2 * dim + d] + rate * arm
+            arm = arm_of(rows, i, d, wall, dim)
             wall_acceleration = wall[3 * dim + d] + spin * arm - rate * rate * (rows[i, d] - wall[d])
             way = -2.0 * distance / slant * wall[4 * dim + d]
             rows[end, d] = rows[i, d] + way
-            rows[end, dim + d] = wall_velocity
-            slip_speed += (rows[i, dim + d] - wall_velocity) * wall[dim + d]
             head += way * (gravity[d] - wall_acceleration)
-        for d in range(dim):
-            if slip == NO_SLIP:
-                rows[end, dim + d] = 2.0 * rows[end, dim + d] - rows[i, dim + d]
-            else:
-                rows[end, dim + d] = rows[i, dim + d] - 2.0 * slip_speed * wall[dim + d]
+        reflect_velocity(rows, i, dim, end, rows, i, dim, wall, slip)
         density, pressure = rows[i, 2 * dim], rows[i, 2 * dim + 1]
         if law == HYDROSTATIC:
             pressure += density * head
@@ -110,10 +207,46 @@ def wall_images(
         rows[end, 2 * dim] = density
         rows[end, 2 * dim + 1] = pressure
         rows[end, 2 * dim + 2] = rows[i, 2 * dim + 2]
+        reflect_carried(rows, i, end, dim, wall, slip, strain_rate, smoothing)
         tags[end] = tags[i] + bit * FIRST_GHOST
         cells[end] = cell_of(rows, end, low, inverse, shape) - first_cell
         end += 1
     return end, bad
+
+
+@jit
+def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach, strain_rate, smoothing):
+    """Put the fluid among the rows ``first:last`` that is behind a wall where its images are; return how many that were.
+
+    Parameters
+    ----------
+    rows, start : ndarray
+        Shared and private rows; the latter begin with velocity and density at the beginning of the step, and may go on with
+        the position.
+    reach : float
+        Particles farther behind the wall [m] stay there: they are lost.
+
+    The others are those of `wall_images`.
+    """
+    count = 0
+    slant = slant_of(wall, dim)
+    keeps_position = start.shape[1] > dim + 1
+    for i in range(first, last):
+        if tags[i] >= FIRST_GHOST:
+            continue
+        distance = distance_of(rows, i, 0, wall, dim)
+        if not -reach < distance < 0.0:
+            continue
+        reflect_velocity(start, i, 0, i, rows, i, dim, wall, slip)
+        reflect_velocity(rows, i, dim, i, rows, i, dim, wall, slip)
+        reflect_carried(rows, i, i, dim, wall, slip, strain_rate, smoothing)
+        start_distance = distance_of(start, i, dim + 1, wall, dim) if keeps_position else 0.0
+        for d in range(dim):
+            rows[i, d] -= 2.0 * distance / slant * wall[4 * dim + d]
+            if keeps_position:
+                start[i, dim + 1 + d] -= 2.0 * start_distance / slant * wall[4 * dim + d]
+        count += 1
+    return count
 
 
 @dataclass
@@ -132,6 +265,10 @@ class MirrorWall:
         The wall's bit in the image number, a power of two.
     motion : Palette, optional
         What turns the wall about `point`.
+    velocity : tuple of float, optional
+        With what it slides in its plane [m/s].
+    exchanged : int
+        How many times a particle behind it has changed places with its image.
     """
 
     name: str
@@ -141,6 +278,8 @@ class MirrorWall:
     slip: str
     bit: int
     motion: object = None
+    velocity: tuple = ()
+    exchanged: int = field(default=0, init=False)
     numbers: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -148,6 +287,7 @@ class MirrorWall:
         self.numbers = np.zeros(5 * dim + 2)
         self.numbers[:dim] = self.point
         self.numbers[dim : 2 * dim] = self.normal
+        self.numbers[2 * dim : 3 * dim] = self.velocity or 0.0
         self.numbers[4 * dim : 5 * dim] = self.normal
 
     def move(self, time):
@@ -163,6 +303,15 @@ class MirrorWall:
         self.numbers[2 * dim - 1] = c * last - s * first
         self.numbers[5 * dim] = -now.rate
         self.numbers[5 * dim + 1] = -now.acceleration
+
+    def exchange(self, particles, reach):
+        """Let the fluid that is less than `reach` [m] behind the wall change places with its images; return how many do."""
+        p, layout = particles, particles.layout
+        carried = layout.place("strain_rate"), layout.place("smoothing")
+        rows = p.shared, p.private, p.tags, p.first, p.last
+        count = exchange_with_images(*rows, layout.dim, self.numbers, SLIPS[self.slip], reach, *carried)
+        self.exchanged += count
+        return count
 
     @property
     def codes(self):
