@@ -37,3 +37,29 @@ def solve_symmetric(matrix, vector, size, least):
             vector[k] -= matrix[k, j] * vector[j]
         vector[k] /= matrix[k, k]
     return True
+
+
+@jit
+def invert_symmetric(matrix, size, least, inverse, work, vector):
+    """Set `inverse` to that of a symmetric positive `matrix`, which stays as it is; `work` and `vector` are overwritten.
+
+    Parameters
+    ----------
+    matrix, inverse, work : ndarray, shape (>= size, >= size)
+    vector : ndarray, shape (>= size,)
+    size, least
+        As `solve_symmetric`.
+
+    Returns
+    -------
+    bool
+        False when it is ill-conditioned; `inverse` is then of no use.
+    """
+    for column in range(size):
+        work[:size, :size] = matrix[:size, :size]
+        vector[:size] = 0.0
+        vector[column] = 1.0
+        if not solve_symmetric(work, vector, size, least):
+            return False
+        inverse[:size, column] = vector[:size]
+    return True

@@ -185,6 +185,9 @@ def _summary(scene, simulation, folder, name, wall, processor, particles):
     }
     if simulation.domain.ghosts:
         summary["walls"] = _walls_summary(simulation)
+    if simulation.correction:
+        plain = sum(comm.allgather(simulation.correction.plain)) / simulation.evaluations
+        summary["kernel correction"] = {"plain kernel per evaluation": plain}
     if comm.rank == 0:
         summary["files"] = 1 + sum(1 for path in folder.rglob("*") if path.is_file())  # and the summary itself
         summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
@@ -239,6 +242,9 @@ def _print_end(simulation, summary):
         out.print(
             f"polygon walls: {walls['ghosts']:,} ghosts; per evaluation {used}; {walls['stopped']:,} times a particle stopped"
         )
+    if "kernel correction" in summary:
+        plain = summary["kernel correction"]["plain kernel per evaluation"]
+        out.print(f"kernel correction: {plain:,.1f} particles with the plain kernel per evaluation")
     if "wave height [m]" in summary:
         out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")
         for gauge, height in summary["wave height [m]"].items():

@@ -89,6 +89,13 @@ def _shallow(scene):
         why = "h follows the density of the evaluation before, which grows noise unless the flow is viscous"
         cure = 'viscosity = "monaghan" with alpha >= 0.5 and integrator = "verlet", or h_growth = 1'
         faults.append(SceneError("a growing h is unstable here", where="numerics.h_growth", why=why, cure=cure))
+    where = {
+        "numerics.kernel_correction": n.kernel_correction != "none",
+        "output.snapshots.moments": scene.output.snapshots.moments,
+    }
+    for key in [key for key, named in where.items() if named and n.h_growth > 1]:
+        why = "moments are those of one smoothing length"
+        faults.append(SceneError("has no meaning with a growing h", where=key, why=why, cure="h_growth = 1, or leave it out"))
     if n.density == "summation" and n.diffusion != "none":
         cure = 'diffusion = "none", or density = "continuity"'
         faults.append(SceneError("has nothing to act on", where="numerics.diffusion", why="densities are summed", cure=cure))

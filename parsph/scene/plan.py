@@ -4,6 +4,7 @@ import math
 
 from rich.table import Table
 
+from ..moments import MOMENTS
 from ..particles import Layout
 from ..progress import console, duration, size_text
 from ..states import EQUATIONS
@@ -79,6 +80,9 @@ def print_plan(scene, name):
     if n.reinitialise != "none":
         law = FILTERS[n.reinitialise]
         table.add_row("densities anew", f"{law.equation}, every {n.reinitialise_every} steps", law.source)
+    if scene.output.snapshots.moments:
+        names = ", ".join(moment.name for moment in MOMENTS)
+        table.add_row("in snapshots", f"moments of the plain kernel: {names}", "Szmidt (2013) eqs. (23), (24)")
     if scene.time.settle:
         table.add_row("settling", f"{scene.time.settle:g} s before t = 0, velocities decaying", "")
     palette = palette_of(scene)
