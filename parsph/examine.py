@@ -10,9 +10,12 @@ from rich.table import Table
 from . import analysis, viz
 from .errors import SceneError
 from .io.results import Results
+from .moments import MOMENTS
 from .progress import console
 from .scene.load import load_scene
 from .scene.solids import motion_of
+
+DEVIATIONS = {moment.name for moment in MOMENTS if moment.rank}  # zero where all is well: how far they are off spans decades
 
 
 def waves(folder, gauges=None, start=0.0, json_file=None):
@@ -180,7 +183,7 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
     else:
         zones = [results.layer(zone) for zone in scene["damping"]]
         for zone in zones or [None]:
-            viz.particles(ax, found["position"][:, [0, dim - 1]], values, label, results.level, zone)
+            viz.particles(ax, found["position"][:, [0, dim - 1]], values, label, results.level, zone, log=field in DEVIATIONS)
         viz.walls(ax, _walls(results, found["time"]))
     ax.set_title(f"{results.folder.name}, t = {found['time']:.4g} s", fontsize=9)
     written.append(viz.save(drawing, out / f"{field}.png"))

@@ -13,6 +13,7 @@ from .analysis import mean_height
 from .errors import Interrupted
 from .io.folder import output_folder, write_whole
 from .jit import compilations
+from .moments import Moments
 from .observers import InterruptGuard
 from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
@@ -124,6 +125,9 @@ def _touch_code(scene):
     simulation = build(model, Communicator())
     simulation.prepare()
     simulation.step(1e-9)
+    if model.output.snapshots.moments:
+        with simulation.present():
+            Moments(simulation.sweep)(simulation.particles, simulation.domain.starts, simulation.domain.slab)
     if simulation.density_filter:
         simulation.filter_densities()
 

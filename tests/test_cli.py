@@ -232,7 +232,7 @@ def test_verify_refuses_an_unknown_case(tmp_path):
     result = parsph("verify", "nonsense", cwd=tmp_path)
     assert result.returncode == 2
     names = ["seiche", "still", "pool-height", "pool-absorption", "interpolators", "still-tank", "dam-break", "wedge-tank"]
-    names += ["swe-pulse", "swe-dam-break"]
+    names += ["kernels", "correction", "swe-pulse", "swe-dam-break"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
     assert list(verification.CASES) == names

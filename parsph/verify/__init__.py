@@ -10,7 +10,7 @@ from rich.table import Table
 
 from ..errors import SceneError
 from ..progress import console
-from . import basins, ghosts, shallow  # noqa: F401 - they register their cases, in the order in which they run
+from . import basins, ghosts, kernels, shallow  # noqa: F401 - they register their cases, in the order in which they run
 from .registry import CASES
 
 
