@@ -174,7 +174,7 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
     names = [*(name for name, values in found.items() if np.ndim(values)), "speed"]
     if field not in names:
         raise SceneError(f"no field {field!r} of particles", where="--field", cure=f"one of: {', '.join(names)}")
-    values, label = _one_number(found[name], field, dim)
+    values, label = one_number(found[name], field, dim)
     unit = results.units.get(name, "")
     label = f"{label} [{unit}]" if unit else label
     drawing, ax = viz.figure()
@@ -208,7 +208,7 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
         console().print(str(path), markup=False)
 
 
-def _one_number(values, name, dim):
+def one_number(values, name, dim):
     """Return one number per particle, shape (n,), and what to call it: of a scalar itself, of a vector, shape (n, 3), its
     length, of a tensor, shape (n, 9), the Frobenius norm of what it lacks of the unit matrix.
     """

@@ -6,8 +6,10 @@ The sums, with ``x_ba = x_b - x_a`` and V_b = m_b/rho_b: ``M0 = sum V W``, ``M1 
 """
 
 import dataclasses
+import json
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 from helpers import domain_of, grid_around, jittered_lattice, tank, water
@@ -15,11 +17,13 @@ from helpers import domain_of, grid_around, jittered_lattice, tank, water
 from parsph.errors import SceneError
 from parsph.kernels import KERNELS
 from parsph.moments import MOMENTS, Correction, Moments, triangle
+from parsph.run import run
 from parsph.scene.build import build
 from parsph.scene.load import load_scene
 from parsph.sweep import Sweep
 from parsph.terms import CORRECTIONS, DENSITIES, DIFFUSIONS, NONE, VISCOSITIES, XSPH, Terms
 from parsph.terms.correction import LARGEST_TRACE
+from parsph.timing import Timers
 
 DX, RHO0, C0 = 0.05, 1000.0, 20.0
 CELLS = {1: (40,), 2: (13, 11), 3: (8, 7, 8)}
@@ -324,3 +328,79 @@ def test_a_growing_h_has_neither_correction_nor_moments(key):
     growing = {"numerics.h_growth": 4.0, "numerics.viscosity": "monaghan", "numerics.alpha": 1.0}
     with pytest.raises(SceneError, match=f"{key}.*has no meaning with a growing h"):
         load_scene("swe-dam-break", {**growing, **FAULTS[key]})
+
+
+def test_moments_of_a_snapshot_are_those_of_its_own_time(tmp_path):
+    """Water under pressure that flies apart in empty space: sums over all pairs of what the file itself holds."""
+    keys = {
+        "domain": {"size": [1.0, 1.0], "gravity": 0.0},
+        "fluid": {"blocks": [{"low": [0.3, 0.3], "high": [0.7, 0.7], "pressure": 2e4}]},
+        "numerics": {"dx": 0.04, "c0": 20.0, "h_over_dx": 1.3},
+        "time": {"end": 0.05},
+        "output": {"snapshots": {"every": 0.05, "moments": True}},
+    }
+    scene = load_scene(keys)
+    (tmp_path / "run").mkdir()
+    simulation = build(scene, folder=tmp_path / "run")
+    simulation.run()
+    path = tmp_path / "run" / "snapshots" / "00001.vtkhdf"
+    with h5py.File(path) as file:
+        found = {name: values[:] for name, values in file["VTKHDF/PointData"].items()}
+        found["position"] = file["VTKHDF/Points"][:, :2]
+    _, basis, VW, _, _ = all_pairs(found, simulation.sweep)
+    np.testing.assert_allclose(found["kernel_moment0"], VW.sum(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(found["kernel_moment1"][:, :2], np.einsum("ab,abi->ai", VW, basis)[:, 1:], atol=1e-14)
+    before = found["position"] - 0.5 * simulation.last_dt * found["velocity"][:, :2]  # of the last evaluation
+    _, _, late, _, _ = all_pairs({**found, "position": before}, simulation.sweep)
+    assert np.abs(late.sum(axis=1) / found["kernel_moment0"] - 1).max() > 1e-4
+
+
+def test_a_look_at_the_present_leaves_everything_as_it_was():
+    """Rows, tags, halos, starts, rates: of the object that it was before, all bits."""
+    simulation = build(load_scene(corrected_tank(xsph=0.5)))
+    simulation.run()
+
+    def everything():
+        p, domain = simulation.particles, simulation.domain
+        arrays = {
+            name: value.copy() for name, value in vars(p).items() if isinstance(value, np.ndarray) and name not in SCRATCH
+        }
+        return {**arrays, "first": p.first, "last": p.last, "starts": domain.starts.copy(), "time": domain.time}
+
+    before = everything()
+    with simulation.present():
+        assert simulation.domain.time == simulation.time != before["time"]
+        inside = everything()
+        simulation.particles.reserve(2 * len(simulation.particles.tags))
+    after = everything()
+    assert (inside["shared"] != before["shared"]).any()
+    for name, value in before.items():
+        np.testing.assert_array_equal(after[name], value, err_msg=name)
+
+
+SCRATCH = ("cells", "order")  # written anew by each sort before it reads them
+
+
+def test_the_end_summary_counts_who_kept_the_plain_kernel(tmp_path, capsys):
+    blocks = {"blocks": [{"low": [0.0, 0.0], "high": [0.2, 0.12]}, {"low": [0.1, 0.2], "high": [0.12, 0.22]}]}
+    keys = {**corrected_tank(), "fluid": blocks, "time": {"end": 0.005}}
+    (tmp_path / "drop.json").write_text(json.dumps(keys))
+    finished = run(tmp_path / "drop.json", (), tmp_path / "out")
+    assert finished.summary["kernel correction"] == {"plain kernel per evaluation": 1.0}
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["kernel correction"]
+    assert "kernel correction: 1.0 particles with the plain kernel per evaluation" in capsys.readouterr().out
+    assert "correction" in finished.summary["phases [s]"]
+    (tmp_path / "still.json").write_text(json.dumps(tank()))
+    assert "kernel correction" not in run(tmp_path / "still.json", (), tmp_path / "plain").summary
+
+
+def test_a_phase_within_another_one_counts_for_itself_alone(monkeypatch):
+    clock = iter([0.0, 1.0, 4.0, 5.0, 7.0, 10.0])
+    monkeypatch.setattr("parsph.timing.time.perf_counter", lambda: next(clock))
+    timers = Timers()
+    with timers("outer"):
+        with timers("inner"):
+            pass
+        with timers("inner"):
+            pass
+    assert timers.seconds == {"inner": 5.0, "outer": 5.0}
