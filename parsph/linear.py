@@ -40,26 +40,35 @@ def solve_symmetric(matrix, vector, size, least):
 
 
 @jit
-def invert_symmetric(matrix, size, least, inverse, work, vector):
-    """Set `inverse` to that of a symmetric positive `matrix`, which stays as it is; `work` and `vector` are overwritten.
+def invert_symmetric(matrix, size, least):
+    """Replace a symmetric positive matrix by its inverse, by Gauss-Jordan elimination.
 
     Parameters
     ----------
-    matrix, inverse, work : ndarray, shape (>= size, >= size)
-    vector : ndarray, shape (>= size,)
-    size, least
-        As `solve_symmetric`.
+    matrix : ndarray, shape (>= size, >= size)
+    size : int
+    least : float
+        The matrix counts as ill-conditioned when a pivot falls below so much of the diagonal.
 
     Returns
     -------
     bool
-        False when it is ill-conditioned; `inverse` is then of no use.
+        False when it is ill-conditioned; `matrix` is then of no use.
     """
-    for column in range(size):
-        work[:size, :size] = matrix[:size, :size]
-        vector[:size] = 0.0
-        vector[column] = 1.0
-        if not solve_symmetric(work, vector, size, least):
+    largest = 0.0
+    for k in range(size):
+        largest = max(largest, matrix[k, k])
+    for k in range(size):
+        if not matrix[k, k] > least * largest:
             return False
-        inverse[:size, column] = vector[:size]
+        inverse = 1.0 / matrix[k, k]
+        matrix[k, k] = 1.0
+        for j in range(size):
+            matrix[k, j] *= inverse
+        for i in range(size):
+            if i != k:
+                factor = matrix[i, k]
+                matrix[i, k] = 0.0
+                for j in range(size):
+                    matrix[i, j] -= factor * matrix[k, j]
     return True

@@ -166,24 +166,26 @@ def set_coefficients(table, tags, first, last, size, length):
         How many keep the plain kernel.
     """
     count = 0
-    moments, inverse, work, vector = np.empty((size, size)), np.empty((size, size)), np.empty((size, size)), np.empty(size)
+    moments = np.empty((size, size))
+    per = np.full(size, 1.0 / length)  # of the basis 1, x, y, z
+    per[0] = 1.0
     for i in range(first, last):
         if tags[i] >= FIRST_GHOST:
             continue
         place = 0
         for a in range(size):
             for b in range(a, size):
-                moments[a, b] = table[i, place] / length ** ((a > 0) + (b > 0))
+                moments[a, b] = table[i, place] * per[a] * per[b]
                 moments[b, a] = moments[a, b]
                 place += 1
-        good = invert_moments(moments, inverse, work, vector)
+        good = invert_moments(moments)
         table[i, place] = not good
         count += not good
         place = 0
         for a in range(size):
             for b in range(a, size):
-                scaled = inverse[a, b] / length ** ((a > 0) + (b > 0))
-                table[i, place] = scaled if good else 1.0 if b == 0 else 0.0
+                plain = 1.0 if b == 0 else 0.0
+                table[i, place] = moments[a, b] * per[a] * per[b] if good else plain
                 place += 1
     return count
 

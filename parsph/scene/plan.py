@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from rich.table import Table
 
 from ..moments import MOMENTS
@@ -17,9 +18,11 @@ from .solids import fillings_of, outlines_of
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
 GRADIENT_PASS = 1.4  # of the same with renormalised gradients
+CORRECTION_PASS = 2.5  # of the same with a corrected kernel, its pass included
 SECONDS_PER_GHOST = 2.0e-7  # hydrostatic interpolation, half of the ghosts dry
 SECONDS_PER_STEP = 1.0e-4  # what a step costs without particles, measured by `bench`
 BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
+MOMENT_NUMBERS = 16  # of a particle in snapshots with moments
 
 
 def costs(scene):
@@ -32,8 +35,12 @@ def costs(scene):
     candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
     precision = 0.72 if scene.numerics.precision == "float32" else 1.0
     passes = GRADIENT_PASS if scene.numerics.diffusion == "antuono" else 1.0
+    passes *= CORRECTION_PASS if scene.numerics.kernel_correction != "none" else 1.0
     length = sum(math.dist(*edge) for wall in outlines_of(scene) for edge in wall.edges)
     ghosts = length * scene.reach / scene.numerics.dx**2
+    saved = scene.output.snapshots
+    size = BYTES_PER_SNAPSHOT_PARTICLE[saved.precision]
+    size += MOMENT_NUMBERS * np.dtype(saved.precision).itemsize if saved.moments else 0
     snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
     return {
         "particles": particles,
@@ -44,7 +51,7 @@ def costs(scene):
         "core seconds": evaluations * candidates * SECONDS_PER_CANDIDATE * precision * passes
         + steps * (SECONDS_PER_STEP + ghosts * SECONDS_PER_GHOST),
         "snapshots": snapshots,
-        "disk": snapshots * particles * BYTES_PER_SNAPSHOT_PARTICLE[scene.output.snapshots.precision],
+        "disk": snapshots * particles * size,
     }
 
 
