@@ -11,9 +11,12 @@ from rich.table import Table
 from . import analysis, viz
 from .errors import SceneError
 from .io.results import Results
+from .moments import MOMENTS
 from .progress import console
 from .scene.load import load_scene
 from .scene.solids import motion_of
+
+DEVIATIONS = {moment.name for moment in MOMENTS if moment.rank}  # zero where all is well: how far they are off spans decades
 
 
 def waves(folder, gauges=None, start=0.0, json_file=None):
@@ -155,7 +158,8 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
     out : path, optional
         Where pictures go; default: ``figures`` in the run's folder.
     field : str
-        What colours the particles: a field of the snapshot, or "speed".
+        What colours the particles: a field of the snapshot, of a vector its length, of a tensor how far it is from the unit
+        matrix; "speed" is the length of the velocity.
     snapshot : int
         Which one.
     """
@@ -166,20 +170,21 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
     scene = results.scene
     written = []
     found = results.snapshot(snapshot)
-    found["speed"] = np.linalg.norm(found["velocity"], axis=1)
-    names = [name for name, values in found.items() if np.ndim(values) == 1]
-    if field not in names:
-        raise SceneError(f"no field {field!r} of one number per particle", where="--field", cure=f"one of: {', '.join(names)}")
-    unit = results.units.get(field, "m/s" if field == "speed" else "")
-    label = f"{field} [{unit}]"
-    drawing, ax = viz.figure()
     dim = len(scene["domain"]["size"])
+    name = "velocity" if field == "speed" else field
+    names = [*(name for name, values in found.items() if np.ndim(values)), "speed"]
+    if field not in names:
+        raise SceneError(f"no field {field!r} of particles", where="--field", cure=f"one of: {', '.join(names)}")
+    values, label = one_number(found[name], field, dim)
+    unit = results.units.get(name, "")
+    label = f"{label} [{unit}]" if unit else label
+    drawing, ax = viz.figure()
     if dim == 1:
-        viz.profile(ax, found["position"][:, 0], {field: found[field]}, "x [m]", label)
+        viz.profile(ax, found["position"][:, 0], {field: values}, "x [m]", label)
     else:
         zones = [results.layer(zone) for zone in scene["damping"]]
         for zone in zones or [None]:
-            viz.particles(ax, found["position"][:, [0, dim - 1]], found[field], label, results.level, zone)
+            viz.particles(ax, found["position"][:, [0, dim - 1]], values, label, results.level, zone, log=field in DEVIATIONS)
         viz.walls(ax, _walls(results, found["time"]))
     ax.set_title(f"{results.folder.name}, t = {found['time']:.4g} s", fontsize=9)
     written.append(viz.save(drawing, out / f"{field}.png"))
@@ -202,6 +207,18 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
             written.append(viz.save(drawing, out / f"{name}.png"))
     for path in written:
         console().print(str(path), markup=False)
+
+
+def one_number(values, name, dim):
+    """Return one number per particle, shape (n,), and what to call it: of a scalar itself, of a vector, shape (n, 3), its
+    length, of a tensor, shape (n, 9), the Frobenius norm of what it lacks of the unit matrix.
+    """
+    if values.ndim == 1:
+        return values, name
+    if values.shape[1] == 3:
+        return np.linalg.norm(values, axis=1), name if name == "speed" else f"|{name}|"
+    unit_matrix = np.diag(np.arange(3) < dim).astype(float)
+    return np.linalg.norm(values - unit_matrix.ravel(), axis=1), f"|{name} - 1|"
 
 
 def _levels(results, gauges, start):

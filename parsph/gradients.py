@@ -13,7 +13,7 @@ from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_c
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
-from .sweep import PADDING
+from .sweep import PADDING, over_slab
 from .terms.diffusion import LEAST_DETERMINANT, diffusing_density
 from .terms.filter import filtered_density
 
@@ -137,14 +137,7 @@ class Gradients:
         particles.gradient[: starts[-1]] = 0.0
         compiled = compiled_gradients(sweep.dim, sweep.kernel.code, sweep.terms.diffusion.code)
         numbers = sweep.h, sweep.kernel.norms[sweep.dim - 1], sweep.rho0, sweep.c0**-2, sweep.gamma
-        _over_slab(compiled, particles, starts, slab, numbers, sweep.gravity, particles.gradient)
-
-
-def _over_slab(compiled, particles, starts, slab, *rest):
-    """Run a compiled pass over the fluid of all columns of `slab`."""
-    grid = slab.grid
-    cells = grid.stride, (slab.columns + 1) * grid.stride
-    compiled(particles.shared, particles.tags, starts, *cells, (grid.cell, grid.shape), *rest)
+        over_slab(compiled, particles, starts, slab, numbers, sweep.gravity, particles.gradient)
 
 
 @lru_cache
@@ -212,6 +205,6 @@ class DensityFilter:
         """Replace the densities of the fluid of `slab`; pressures and halos are then out of date."""
         sweep, p = self.sweep, particles
         compiled = compiled_filter(sweep.dim, sweep.kernel.code, self.law.code)
-        _over_slab(compiled, p, starts, slab, (sweep.h, sweep.kernel.norms[sweep.dim - 1]), p.density_rate)
+        over_slab(compiled, p, starts, slab, (sweep.h, sweep.kernel.norms[sweep.dim - 1]), p.density_rate)
         rows = p.fluid
         p.shared[rows, p.layout.columns("density")[1]] = p.density_rate[rows, None]

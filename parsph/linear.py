@@ -37,3 +37,38 @@ def solve_symmetric(matrix, vector, size, least):
             vector[k] -= matrix[k, j] * vector[j]
         vector[k] /= matrix[k, k]
     return True
+
+
+@jit
+def invert_symmetric(matrix, size, least):
+    """Replace a symmetric positive matrix by its inverse, by Gauss-Jordan elimination.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (>= size, >= size)
+    size : int
+    least : float
+        The matrix counts as ill-conditioned when a pivot falls below so much of the diagonal.
+
+    Returns
+    -------
+    bool
+        False when it is ill-conditioned; `matrix` is then of no use.
+    """
+    largest = 0.0
+    for k in range(size):
+        largest = max(largest, matrix[k, k])
+    for k in range(size):
+        if not matrix[k, k] > least * largest:
+            return False
+        inverse = 1.0 / matrix[k, k]
+        matrix[k, k] = 1.0
+        for j in range(size):
+            matrix[k, j] *= inverse
+        for i in range(size):
+            if i != k:
+                factor = matrix[i, k]
+                matrix[i, k] = 0.0
+                for j in range(size):
+                    matrix[i, j] -= factor * matrix[k, j]
+    return True

@@ -5,6 +5,7 @@ A particle is one row of `shared` (what a neighbour needs to know of it, so what
 cache line per particle. A new field is one line of the table.
 """
 
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,7 @@ class Field:
     unit : str
     description : str
     part : str
-        "shared" (halo and migration), "private" (migration only).
+        "shared" (halo and migration), "private" (migration only), "derived" (worked out for a snapshot, kept nowhere).
     snapshot : bool
         Whether snapshots hold it.
     needed_by : str
@@ -124,6 +125,8 @@ class Particles:
         The owned particles (ghosts included) are the rows ``first:last``.
     gradient : ndarray, shape (capacity, dim), or (0, dim) in scenes without renormalised diffusion
         Renormalised gradient of the diffusing density [kg/m^4]; halos have it too.
+    correction : ndarray, shape (capacity, width), or (0, 0) in scenes with the plain kernel
+        Coefficients of the corrected kernel, see `parsph.moments.Correction`.
     drift : ndarray, shape (capacity, dim), or (0, dim) in scenes without smoothing and shifting
         What particles move with beside their velocity [m/s].
     strain_rate : ndarray, shape (capacity, dim (dim + 1) / 2), or (0, ...) in scenes without newtonian viscosity
@@ -149,6 +152,7 @@ class Particles:
         self._carried = [field for field in layout.fields if field.name in ("strain_rate", "smoothing")]
         strains = layout.dim * (layout.dim + 1) // 2
         self.strain_rate = np.zeros((int(layout.place("strain_rate") > 0), strains))
+        self.correction = np.zeros((0, 0))
         self.reserve(capacity)
 
     def reserve(self, capacity):
@@ -158,11 +162,23 @@ class Particles:
         capacity = int(1.15 * capacity) + 64
         for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
-        for name in ("drift", "gradient", "strain_rate"):
+        for name in ("drift", "gradient", "correction", "strain_rate"):
             if len(getattr(self, name)):
                 setattr(self, name, _enlarged(getattr(self, name), capacity))
         self._spare = {name: np.zeros_like(array) for name, array in self._spare_like().items()}
         self.order = np.zeros(capacity, np.int32)
+
+    @contextmanager
+    def preserved(self):
+        """Whatever happens to the particles inside the ``with`` block, they are as before after it, to the bit.
+
+        Sorts and halos write rows and tags, growth replaces all arrays: the old ones come back.
+        """
+        kept = {**vars(self), **{name: array.copy() for name, array in self._spare_like().items()}}
+        try:
+            yield
+        finally:
+            vars(self).update(kept)
 
     def _spare_like(self):
         return {"shared": self.shared, "private": self.private, "tags": self.tags}

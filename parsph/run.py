@@ -13,6 +13,7 @@ from .analysis import mean_height
 from .errors import Interrupted
 from .io.folder import output_folder, write_whole
 from .jit import compilations
+from .moments import Moments
 from .observers import InterruptGuard
 from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
@@ -124,6 +125,9 @@ def _touch_code(scene):
     simulation = build(model, Communicator())
     simulation.prepare()
     simulation.step(1e-9)
+    if model.output.snapshots.moments:
+        with simulation.present():
+            Moments(simulation.sweep)(simulation.particles, simulation.domain.starts, simulation.domain.slab)
     if simulation.density_filter:
         simulation.filter_densities()
 
@@ -186,6 +190,9 @@ def _summary(scene, simulation, folder, name, wall, processor, particles):
     walls = _walls_summary(simulation)
     if walls:
         summary["walls"] = walls
+    if simulation.correction:
+        plain = sum(comm.allgather(simulation.correction.plain)) / simulation.evaluations
+        summary["kernel correction"] = {"plain kernel per evaluation": plain}
     if comm.rank == 0:
         summary["files"] = 1 + sum(1 for path in folder.rglob("*") if path.is_file())  # and the summary itself
         summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
@@ -251,6 +258,9 @@ def _print_end(simulation, summary):
             counts = ", ".join(f"{name} {count:,}" for name, count in walls["exchanged"].items())
             told.append(f"times a particle changed places with its image: {counts or 'no mirrors'}")
         out.print(f"walls: {'; '.join(told)}")
+    if "kernel correction" in summary:
+        plain = summary["kernel correction"]["plain kernel per evaluation"]
+        out.print(f"kernel correction: {plain:,.1f} particles with the plain kernel per evaluation")
     if "wave height [m]" in summary:
         out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")
         for gauge, height in summary["wave height [m]"].items():

@@ -1,6 +1,7 @@
 """The step on one page."""
 
 import math
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -37,6 +38,8 @@ class Simulation:
     density_filter : DensityFilter, optional
     settling : float
         How long the fluid comes to rest before t = 0 [s].
+    correction : Correction, optional
+        The pass before the sweep, in scenes with a corrected kernel.
     """
 
     def __init__(
@@ -53,6 +56,7 @@ class Simulation:
         gradients=None,
         density_filter=None,
         settling=0.0,
+        correction=None,
     ):
         self.domain, self.sweep, self.state = domain, sweep, state
         self.integrator, self.zones, self.end = integrator, zones, rounded(end)
@@ -60,7 +64,8 @@ class Simulation:
         self.fixed_dt, self.cfl = dt, cfl
         self.gradients, self.density_filter = gradients, density_filter
         self.settling, self.rest_time = settling, 10.0 * sweep.h / sweep.c0
-        self._staged = gradients is not None or domain.ghosts is not None
+        self.correction = correction
+        self._staged = gradients is not None or correction is not None or domain.ghosts is not None
         self.density_range = tuple(factor * state.rho0 for factor in density_range)
         self.communicator = domain.communicator
         self.observers = []
@@ -89,6 +94,9 @@ class Simulation:
                 if self.communicator.size > 1:
                     with timers("halo"):
                         domain.exchange_edges(particles.gradient)
+            if self.correction:
+                with timers("correction"):
+                    self.correction(particles, domain.starts, domain.slab)
             with timers("sweep"):
                 self.sweep(particles, domain.starts, domain.slab, 1, columns + 1)
         else:
@@ -148,7 +156,7 @@ class Simulation:
         crossed a border.
         """
         with self.timers("step passes"):
-            self._extremes = self.integrator.step(self.particles, self._evaluate_untimed, self.time, dt)
+            self._extremes = self.integrator.step(self.particles, self.evaluate, self.time, dt)
         for zone in self.zones:
             with self.timers("damping"):
                 zone.damp(self.particles, *self.domain.rows_between(*zone.span), dt)
@@ -166,13 +174,6 @@ class Simulation:
         with self.timers("density filter"):
             self.density_filter(self.particles, self.domain.starts, self.domain.slab)
         self.evaluate(self.time)
-
-    def _evaluate_untimed(self, time):
-        """`evaluate` inside a timed phase, whose time is not counted twice."""
-        before = sum(self.timers.seconds.values())
-        self.evaluate(time)
-        inside = sum(self.timers.seconds.values()) - before
-        self.timers.seconds["step passes"] = self.timers.seconds.get("step passes", 0.0) - inside
 
     def longest_step(self):
         """Return the longest stable step [s] of all ranks for what the fluid does now."""
@@ -243,6 +244,18 @@ class Simulation:
                     observer.observe(self)
 
     # --- looking at it --------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def present(self):
+        """Give particles the order, images, halos and ghosts of the present time inside the ``with`` block; collective.
+
+        They have moved since the last sort, which was that of an evaluation. Afterwards all is as it was, to the bit: the run
+        does not notice.
+        """
+        with self.domain.preserved():
+            self._arrange(self.time)
+            self._finish_halo()
+            yield
 
     def field(self, name):
         """Return a field of this rank's fluid, in the order of (cell, id): a copy, shape (n,) or (n, dim).

@@ -16,6 +16,7 @@ from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_c
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
+from .terms.correction import corrected_derivative, corrected_value
 from .terms.density import SMOOTHED, SUMMATION, continuity, summation
 from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density
 from .terms.momentum import pressure_pair
@@ -31,12 +32,14 @@ STRAINS, SMOOTHINGS = 6, 3  # further rows, in scenes that carry them from one e
 
 
 @lru_cache
-def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, tensile, shifting, spray, single, variable_h):
+def compiled_sweep(
+    dim, kernel, density_law, viscosity, diffusion, smoothing, tensile, shifting, spray, correction, single, variable_h
+):
     """Return the sweep for these shapes; numbers are run-time arguments.
 
     Parameters
     ----------
-    dim, kernel, density_law, viscosity, diffusion, smoothing, tensile, shifting, spray : int
+    dim, kernel, density_law, viscosity, diffusion, smoothing, tensile, shifting, spray, correction : int
         Number of dimensions and the codes of kernel and terms; 0 leaves a term out.
     single : bool
         Whether pairs are computed in float32 (one particle's sums included); the state stays float64.
@@ -58,6 +61,7 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
     def sweep(
         rows,
         gradients,
+        coefficients,
         tags,
         starts,
         first_cell,
@@ -204,6 +208,19 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                     Dyy, Dyz, Dzz = real(0.0), real(0.0), real(0.0)
                 if smoothed:
                     su, sv, sw = sus[o], svs[o], sws[o]
+                if correction != 0:  # rows of C; those of gradients over what slope_norm has more than value_norm
+                    h2 = h * h
+                    plain = real(coefficients[i, -1])
+                    alpha, alpha_x = real(coefficients[i, 0]), real(coefficients[i, 1])
+                    beta_x, beta_xx = real(h2 * coefficients[i, 1]), real(h2 * coefficients[i, dim + 1])
+                    if dim > 1:
+                        alpha_y = real(coefficients[i, 2])
+                        beta_y, beta_xy = real(h2 * coefficients[i, 2]), real(h2 * coefficients[i, dim + 2])
+                        beta_yy = real(h2 * coefficients[i, 2 * dim + 1])
+                    if dim > 2:
+                        alpha_z = real(coefficients[i, 3])
+                        beta_z, beta_xz = real(h2 * coefficients[i, 3]), real(h2 * coefficients[i, 6])
+                        beta_yz, beta_zz = real(h2 * coefficients[i, 8]), real(h2 * coefficients[i, 9])
                 for j in range(padded):
                     dx = x - xs[j]
                     du = u - us[j]
@@ -262,27 +279,60 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
                             Dxz -= VF * (du * dz + dw * dx)
                             Dyz -= VF * (dv * dz + dw * dy)
                             Dzz -= VF * dw * dz
-                    force = mF * pair
-                    fx -= force * dx
-                    if density_law == SUMMATION or smoothing != 0:
+                    if density_law == SUMMATION or smoothing != 0 or correction != 0:
                         W = kernel_value(kernel, q)
                         if variable_h:
                             W *= inverse_h
+                    if correction != 0:  # of a particle of its own: beta . r_ab along each axis, then the sums
+                        alpha_r, x_r = alpha_x * dx, beta_xx * dx
+                        if dim > 1:
+                            alpha_r += alpha_y * dy
+                            x_r += beta_xy * dy
+                            y_r = beta_xy * dx + beta_yy * dy
+                        if dim > 2:
+                            alpha_r += alpha_z * dz
+                            x_r += beta_xz * dz
+                            y_r += beta_yz * dz
+                            z_r = beta_xz * dx + beta_yz * dy + beta_zz * dz
+                        kept = plain * F
+                        force = ms[j] * pair
+                        wx = corrected_derivative(kept * dx, W, beta_x, x_r)
+                        fx -= force * wx
+                        vr = du * wx
+                        if dim > 1:
+                            wy = corrected_derivative(kept * dy, W, beta_y, y_r)
+                            fy -= force * wy
+                            vr += dv * wy
+                        if dim > 2:
+                            wz = corrected_derivative(kept * dz, W, beta_z, z_r)
+                            fz -= force * wz
+                            vr += dw * wz
+                        if smoothed:
+                            vr += (su - sus[j]) * wx
+                            if dim > 1:
+                                vr += (sv - svs[j]) * wy
+                            if dim > 2:
+                                vr += (sw - sws[j]) * wz
+                        W = corrected_value(W, alpha, alpha_r)
+                    else:
+                        force = mF * pair
+                        fx -= force * dx
+                        if dim > 1:
+                            fy -= force * dy
+                        if dim > 2:
+                            fz -= force * dz
+                        if smoothed:
+                            vr += (su - sus[j]) * dx
+                            if dim > 1:
+                                vr += (sv - svs[j]) * dy
+                            if dim > 2:
+                                vr += (sw - sws[j]) * dz
                     if density_law == SUMMATION:
                         rate += summation(ms[j], W)
-                    elif density_law == SMOOTHED:
-                        Gr = vr + (su - sus[j]) * dx
-                        if dim > 1:
-                            Gr += (sv - svs[j]) * dy
-                        if dim > 2:
-                            Gr += (sw - sws[j]) * dz
-                        rate += continuity(mF, Gr)
+                    elif correction != 0:
+                        rate += continuity(ms[j], vr)
                     else:
                         rate += continuity(mF, vr)
-                    if dim > 1:
-                        fy -= force * dy
-                    if dim > 2:
-                        fz -= force * dz
                     if diffusion != 0:
                         s_ab = s - ss[j]
                         if diffusion == ANTUONO:
@@ -351,6 +401,13 @@ def compiled_sweep(dim, kernel, density_law, viscosity, diffusion, smoothing, te
     return jit(sweep)
 
 
+def over_slab(compiled, particles, starts, slab, *rest):
+    """Run a compiled pass beside the sweep over the fluid of all columns of `slab`."""
+    grid = slab.grid
+    cells = grid.stride, (slab.columns + 1) * grid.stride
+    compiled(particles.shared, particles.tags, starts, *cells, (grid.cell, grid.shape), *rest)
+
+
 @dataclass(frozen=True)
 class Sweep:
     """The neighbour loop of a scene with its numbers.
@@ -415,6 +472,7 @@ class Sweep:
         self.compiled(
             particles.shared,
             particles.gradient,
+            particles.correction,
             particles.tags,
             starts,
             first_column * stride,

@@ -5,19 +5,23 @@ from contextlib import contextmanager
 
 
 class Timers:
-    """Wall time per named phase [s]."""
+    """Wall time per named phase [s]; a phase within another one counts for itself alone."""
 
     def __init__(self):
         self.seconds = {}
+        self._inside = [0.0]
 
     @contextmanager
     def __call__(self, phase):
         """Count the time inside the ``with`` block towards `phase`."""
         begin = time.perf_counter()
+        self._inside.append(0.0)
         try:
             yield
         finally:
-            self.seconds[phase] = self.seconds.get(phase, 0.0) + time.perf_counter() - begin
+            spent = time.perf_counter() - begin
+            self.seconds[phase] = self.seconds.get(phase, 0.0) + spent - self._inside.pop()
+            self._inside[-1] += spent
 
     def over_ranks(self, communicator):
         """Return {phase: (smallest, mean, largest)} over all ranks [s], on all ranks."""

@@ -22,6 +22,7 @@ MARKERS = "os^Dv<>P"  # one more than colours, so that pairs repeat late
 DASHES = ("-", "--", "-.", ":")
 GREY = "0.45"
 SMALL, LINE, POINT = 8, 1.1, 5  # [pt]: font, line width, marker diameter
+DECADES = 4  # of a logarithmic colour scale: what is smaller is as good as nothing
 ARROWS = 300  # more than this many arrows hide each other
 # Where a label may stand beside its point [pt], the best first: right of and above a point it is clear of the Pareto front.
 PLACES = ((4, 4), (-4, -4), (-4, 4), (4, -4), (-5, 0), (0, -6), (0, 6), (5, 0), (4, 12), (-4, -12), (-4, 12), (4, -12))
@@ -59,7 +60,7 @@ def save(figure, path):
     return path
 
 
-def particles(ax, position, values, label, still_level=None, layer=None, size=None, limits=None, vectors=None):
+def particles(ax, position, values, label, still_level=None, layer=None, size=None, limits=None, vectors=None, log=False):
     """Draw 2D particles coloured by a field; return (cloud, colour bar, arrows or None).
 
     Parameters
@@ -80,15 +81,22 @@ def particles(ax, position, values, label, still_level=None, layer=None, size=No
         The values at the ends of the colour bar, by default the smallest and the largest; pointed ends show values beyond.
     vectors : (n, 2) array, optional
         Velocities [m/s], thin arrows; of very many particles one in each cell of a square grid gets one.
+    log : bool
+        Whether the colour scale is logarithmic, over at most `DECADES`; smaller values have its lowest colour.
     """
     position, values = np.asarray(position, dtype=float), np.asarray(values, dtype=float)
     good = np.isfinite(values) & np.isfinite(position).all(axis=1)
     position, values = position[good], values[good]
     ends = (values.min(), values.max()) if len(values) else (0.0, 1.0)
     low, high = ends if limits is None else limits
+    log = log and high > 0
+    if log:
+        low = max(low, high / 10**DECADES)
     extend = ("neither", "min", "max", "both")[int(ends[0] < low) + 2 * int(ends[1] > high)]
     # Thousands of vector circles would make a PDF of the caller's slow to show: they become a bitmap in it.
     style = {"cmap": "viridis", "vmin": low, "vmax": high, "linewidths": 0, "rasterized": True, "zorder": 2}
+    if log:
+        style["norm"], values = "log", np.maximum(values, low)
     cloud = ax.scatter(*position.T, s=size or POINT**2, c=values, **style)
     _frame(ax, "x [m]", "z [m]")
     ax.grid(False)  # it would lie behind the water

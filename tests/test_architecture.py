@@ -20,7 +20,7 @@ analysis measured viz
 columns geometry
 terms damping wavemakers walls
 sweep
-gradients
+gradients moments
 domain stepping
 observers
 io

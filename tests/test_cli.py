@@ -232,24 +232,24 @@ def test_verify_refuses_an_unknown_case(tmp_path):
     result = parsph("verify", "nonsense", cwd=tmp_path)
     assert result.returncode == 2
     names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "interpolators"]
-    names += ["still-tank", "dam-break", "wedge-tank", "swe-pulse", "swe-dam-break"]
+    names += ["still-tank", "dam-break", "wedge-tank", "kernels", "correction", "swe-pulse", "swe-dam-break"]
+    names += ["strip", "deficiency"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
     assert list(verification.CASES) == names
 
 
-def test_shallow_water_meets_its_bars(tmp_path):
-    """The cases that take seconds; the others are those of a release."""
-    arguments = ("swe-dam-break", "swe-pulse", "--quick", "--json", "v.json")
-    result = parsph("verify", *arguments, cwd=tmp_path, timeout=300)
+@pytest.mark.parametrize("bars", [{"swe-dam-break": 5, "swe-pulse": 3}, {"kernels": 24, "correction": 10}], ids=" and ".join)
+def test_quick_cases_meet_their_bars(tmp_path, bars):
+    """Those that take seconds; the others are those of a release."""
+    result = parsph("verify", *bars, "--quick", "--json", "v.json", cwd=tmp_path, timeout=300)
     assert result.returncode == 0, result.stdout
     rows = json.loads((tmp_path / "v.json").read_text())
     assert all(row["pass"] for row in rows)
     for row in rows:
         assert row["pass"] == (row["bar"] is None or abs(row["value"]) <= row["bar"])
         assert re.search(rf"{row['case']} +│ {re.escape(row['metric'])} +│", result.stdout), row
-    barred = {case: sum(row["case"] == case and row["bar"] is not None for row in rows) for case in verification.CASES}
-    assert (barred["swe-dam-break"], barred["swe-pulse"]) == (5, 3)
+    assert {case: sum(row["case"] == case and row["bar"] is not None for row in rows) for case in bars} == bars
     assert {row["metric"] for row in rows if row["unit"] == "CPU s"} == {"cost"}
 
 

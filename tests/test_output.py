@@ -16,6 +16,7 @@ from parsph.errors import SceneError
 from parsph.io.folder import output_folder
 from parsph.io.snapshots import POINT_DATA
 from parsph.io.tables import Table, read_table
+from parsph.moments import MOMENTS
 from parsph.particles import FIELDS
 from parsph.scene.build import build
 from parsph.scene.load import load_scene
@@ -153,6 +154,29 @@ def test_metadata_is_complete(written):
             assert file["VTKHDF/Points"].attrs.get("unit", "m") == "m"
             steps = meta.attrs["step"]
     assert steps == simulation.steps
+
+
+def test_vtk_reads_moments_as_vectors_and_tensors(tmp_path):
+    """In one file and in the series; only where the scene asks for them."""
+    output = {"snapshots": {"every": EVERY, "moments": True}}
+    simulation = build(load_scene(tank(time={"end": END}, output=output)), folder=tmp_path)
+    simulation.run()
+    path = sorted((tmp_path / "snapshots").iterdir())[-1]
+    names = {moment.name for moment in MOMENTS}
+    for file, step in ((path, None), (tmp_path / "series.vtkhdf", 5)):
+        _, _, points, arrays = read(file, step)
+        assert set(arrays) == {*POINT_DATA, *names}
+        shapes = [arrays[moment.name].shape[1:] for moment in MOMENTS]
+        assert shapes == [(), (3,), (3,), (9,)]
+        tensor = arrays["gradient_moment1"].reshape(-1, 3, 3)
+        assert (tensor[:, 2] == 0).all()
+        assert (tensor[:, :, 2] == 0).all()
+        deep = tensor[points[:, 1] < 0.15]
+        assert len(deep) > 100
+        np.testing.assert_allclose(deep[:, :2, :2], np.broadcast_to(np.eye(2), (len(deep), 2, 2)), atol=0.02)
+    with h5py.File(path) as file:
+        assert file["VTKHDF/PointData/gradient_moment0"].attrs["unit"] == "1/m"
+        assert json.loads(file["parsph"].attrs["units"])["kernel_moment1"] == "m"
 
 
 def test_snapshots_hold_what_an_analysis_needs():

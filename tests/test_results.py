@@ -11,6 +11,7 @@ from helpers import parsph
 
 from parsph import waves
 from parsph.errors import SceneError
+from parsph.examine import one_number
 from parsph.io.results import Results
 from parsph.io.tables import Table, read_table
 from parsph.run import run
@@ -373,6 +374,34 @@ def test_analyse_energy_is_that_of_the_gauge_and_regions_add_up(tank, humps, tmp
     assert line[0]["kinetic energy [J]"] < 1e-6 < line[-1]["kinetic energy [J]"]  # the hump is there at the end
 
 
+def test_plot_draws_every_field_of_a_snapshot(tmp_path, command):
+    """Numbers, vectors, tensors; and a speed that is the length of the velocity."""
+    keys = {**TANK, "gauges": [], "output": {"snapshots": {"every": 0.05, "moments": True}}}
+    (tmp_path / "tank.json").write_text(scene_text(load_scene(keys)))
+    folder = run(tmp_path / "tank.json", (), tmp_path / "out").folder
+    fields = [name for name in Results(folder).snapshot() if name != "time"]
+    assert {"gradient_moment1", "gradient_moment0", "kernel_moment1", "kernel_moment0", "velocity", "position"} <= set(fields)
+    pictures = {}
+    for field in (*fields, "speed"):
+        code, _, err = command("plot", folder, "--field", field)
+        assert code == 0, err
+        pictures[field] = (folder / "figures" / f"{field}.png").read_bytes()
+    assert all(picture.startswith(PNG) for picture in pictures.values())
+    assert len(set(pictures.values())) == len(pictures)
+
+
+def test_what_colours_a_particle_is_one_number():
+    numbers, vectors = np.array([1.0, -2.0]), np.array([[3.0, 4.0, 0.0], [0.0, 0.0, -1.0]])
+    assert one_number(numbers, "density", 2)[0] is numbers
+    found, label = one_number(vectors, "velocity", 2)
+    assert (list(found), label) == ([5.0, 1.0], "|velocity|")
+    assert one_number(vectors, "speed", 2)[1] == "speed"
+    flat, off = np.diag([1.0, 1.0, 0.0]).ravel(), np.array([1.0, 3.0, 0, 4.0, 1.0, 0, 0, 0, 0])
+    found, label = one_number(np.array([flat, off, np.eye(3).ravel()]), "gradient_moment1", 2)
+    assert (list(found), label) == ([0.0, 5.0, 1.0], "|gradient_moment1 - 1|")
+    assert list(one_number(np.eye(3).reshape(1, 9), "gradient_moment1", 3)[0]) == [0.0]
+
+
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -419,9 +448,9 @@ def test_plot_draws_particles_levels_and_energies(tank, humps, tmp_path, command
         (["analyse", "energy", "{empty}"], "is not the folder of a run"),
         (["analyse", "nonsense"], "nonsense"),
         (["analyse", "waves", "{wavy}", "--json", "nowhere/rows.json"], "nowhere"),
-        (["plot", "{tank}", "--field", "colour"], "--field: no field 'colour' of one number per particle; one of: "),
-        (["plot", "{tank}", "--field", "velocity"], "no field 'velocity' of one number per particle"),
-        (["plot", "{tank}", "--field", "time"], "no field 'time' of one number per particle"),
+        (["plot", "{tank}", "--field", "colour"], "--field: no field 'colour' of particles; one of: "),
+        (["plot", "{tank}", "--field", "time"], "no field 'time' of particles"),
+        (["plot", "{tank}", "--field", "kernel_moment0"], "no field 'kernel_moment0' of particles"),
         (["plot", "{tank}", "--snapshot", "3"], "no snapshot 3; 3 are there"),
         (["plot", "{wavy}"], "no snapshot -1; 0 are there"),
         (["plot", "{empty}"], "is not the folder of a run"),

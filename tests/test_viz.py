@@ -85,6 +85,23 @@ def test_few_particles_and_a_uniform_field_are_no_trouble(ax, count, tmp_path):
     assert len(cloud.get_offsets()) == count
 
 
+def test_a_logarithmic_scale_floors_what_is_small_and_shows_that_it_does(ax, tmp_path):
+    values = np.array([0.0, 1e-9, 1e-3, 1.0])
+    cloud, bar, _ = viz.particles(ax, block(2, 2), values, "M [-]", log=True)
+    floor = 10.0**-viz.DECADES
+    assert cloud.get_clim() == (floor, 1.0)
+    np.testing.assert_allclose(cloud.get_array(), [floor, floor, 1e-3, 1.0])
+    assert cloud.norm(np.sqrt(floor)) == pytest.approx(0.5)
+    assert bar.extend == "min"
+    viz.save(ax.figure, tmp_path / "log.png")
+
+
+def test_a_logarithmic_scale_of_nothing_is_a_plain_one(ax, tmp_path):
+    cloud, _, _ = viz.particles(ax, block(2, 2), np.zeros(4), "M [-]", log=True)
+    assert (cloud.get_array() == 0).all()
+    viz.save(ax.figure, tmp_path / "zero.png")
+
+
 def test_particles_without_a_number_are_left_out(ax):
     position, values = block(2, 2), np.array([1.0, np.nan, 3.0, np.inf])
     cloud, _, arrows = viz.particles(ax, position, values, "p [Pa]", vectors=position)

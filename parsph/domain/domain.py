@@ -1,5 +1,7 @@
 """What the particles of one rank go through before a sweep: cells, migration, images, sort, halo."""
 
+from contextlib import contextmanager
+from copy import copy
 from functools import reduce
 
 import numpy as np
@@ -136,6 +138,21 @@ class Domain:
                 break
         for border in self.borders:
             border.come_in(self.particles)
+
+    @contextmanager
+    def preserved(self):
+        """Whatever is arranged, exchanged and filled inside the ``with`` block, all is as before after it."""
+        starts, time, walls = self.starts, self.time, [(copy(wall.numbers), wall.exchanged) for wall in self.walls]
+        ghosts = {} if self.ghosts is None else {name: copy(value) for name, value in vars(self.ghosts).items()}
+        try:
+            with self.particles.preserved():
+                yield
+        finally:
+            self.starts, self.time = starts, time
+            for wall, (numbers, exchanged) in zip(self.walls, walls, strict=True):
+                wall.numbers[:], wall.exchanged = numbers, exchanged
+            if self.ghosts:
+                vars(self.ghosts).update(ghosts)
 
     def _assign(self):
         p, slab, grid = self.particles, self.slab, self.grid

@@ -6,12 +6,14 @@ the others one after another, so that its memory holds one part at a time. Both 
 
 import json
 import os
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import h5py
 import numpy as np
 
 from .. import __version__
+from ..moments import MOMENTS
 from ..observers import Observer
 from ..particles import FIELDS
 
@@ -19,28 +21,29 @@ POINT_DATA = ("id", "kind", *(field.name for field in FIELDS if field.snapshot))
 KINDS = "0: fluid"
 
 
-def part_of(simulation, precision):
-    """Return this rank's particles as {dataset: array}, positions in three components."""
+def part_of(simulation, precision, moments=None):
+    """Return this rank's particles as {dataset: array}, vectors in three components, tensors in nine."""
 
-    def in_space(vectors):
+    def in_space(values):
         """X and the vertical stay x and y in 2D, as viewers expect."""
-        space = np.zeros((len(vectors), 3))
-        space[:, : vectors.shape[1]] = vectors
-        return space
+        count, *sizes = values.shape
+        space = np.zeros((count, *(3 for _ in sizes)))
+        space[(slice(None), *map(slice, sizes))] = values
+        return space.reshape(count, 3 ** len(sizes)) if sizes else space
 
+    fields = {name: simulation.field(name) for name in POINT_DATA}
+    if moments:
+        fields.update(moments(simulation.particles, simulation.domain.starts, simulation.domain.slab))
     part = {"Points": in_space(simulation.field("position")).astype(precision)}
-    for name in POINT_DATA:
-        values = simulation.field(name)
-        if values.ndim == 2:
-            values = in_space(values)
-        part[f"PointData/{name}"] = values.astype(precision) if values.dtype == float else values
+    for name, values in fields.items():
+        part[f"PointData/{name}"] = in_space(values).astype(precision) if values.dtype == float else values
     count = len(part["Points"])
     part["Vertices/Connectivity"] = np.arange(count, dtype=np.int32)
     part["Vertices/Offsets"] = np.arange(count + 1, dtype=np.int32)
     return part
 
 
-def write_snapshot(path, simulation, scene_text, precision):
+def write_snapshot(path, simulation, scene_text, precision, moments=None):
     """Write the fluid to `path` (VTKHDF PolyData, one part per rank); collective.
 
     Parameters
@@ -51,9 +54,11 @@ def write_snapshot(path, simulation, scene_text, precision):
         The scene with defaults filled in (JSON), for the metadata.
     precision : str
         "float64" or "float32", of real numbers.
+    moments : Moments, optional
+        What works out the kernel's moments; particles must then be in the order of the present time (`Simulation.present`).
     """
     communicator = simulation.communicator
-    part = part_of(simulation, precision)
+    part = part_of(simulation, precision, moments)
     counts = np.array(communicator.allgather(len(part["Points"])))
     temporary = path.with_suffix(".partial")
     if communicator.size > 1 and h5py.get_config().mpi:
@@ -73,7 +78,8 @@ def write_snapshot(path, simulation, scene_text, precision):
 def _declare(file, part, counts, simulation, scene_text):
     """Create all datasets and the metadata; every rank alike."""
     root = _polydata(file)
-    units = {"id": "", "kind": "", **{field.name: simulation.state.unit(field) for field in FIELDS}}
+    derived = [moment for moment in MOMENTS if f"PointData/{moment.name}" in part]
+    units = {"id": "", "kind": "", **{field.name: simulation.state.unit(field) for field in (*FIELDS, *derived)}}
     total, parts = int(counts.sum()), len(counts)
     root["NumberOfPoints"] = counts
     for cells in ("Vertices", "Lines", "Polygons", "Strips"):
@@ -164,13 +170,15 @@ class SnapshotWriter(Observer):
         Interval [s].
     scene_text : str
     precision : str
+    moments : Moments, optional
+        As `write_snapshot`.
     """
 
     phase = "snapshots"
 
-    def __init__(self, folder, every, scene_text, precision):
+    def __init__(self, folder, every, scene_text, precision, moments=None):
         super().__init__(every)
-        self.folder, self.scene_text, self.precision = folder, scene_text, precision
+        self.folder, self.scene_text, self.precision, self.moments = folder, scene_text, precision, moments
         self.written, self.count, self.last_time = [], 0, None
 
     def begin(self, simulation):
@@ -178,7 +186,8 @@ class SnapshotWriter(Observer):
 
     def observe(self, simulation):
         path = self.folder / "snapshots" / f"{self.count:05d}.vtkhdf"
-        write_snapshot(path, simulation, self.scene_text, self.precision)
+        with simulation.present() if self.moments else nullcontext():
+            write_snapshot(path, simulation, self.scene_text, self.precision, self.moments)
         self.count, self.last_time = self.count + 1, simulation.time
         if simulation.communicator.rank == 0:
             self.written.append(Written(path.name, simulation.time, _datasets(path)))

@@ -13,12 +13,14 @@ from ..gradients import DensityFilter, Gradients
 from ..io.gauges import DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge
 from ..io.snapshots import SnapshotWriter
 from ..io.tables import table_name
+from ..moments import Correction, Moments
 from ..particles import Layout, Particles
 from ..simulation import Simulation
 from ..states import State
 from ..stepping import INTEGRATORS
 from ..sweep import Sweep
 from ..terms import (
+    CORRECTIONS,
     DENSITIES,
     DIFFUSIONS,
     FILTERS,
@@ -73,6 +75,8 @@ def build(scene, communicator=None, folder=None):
         particles.drift = np.zeros((len(particles.tags), scene.dim))
     if n.diffusion == "antuono":
         particles.gradient = np.zeros((len(particles.tags), scene.dim))
+    if terms.correction is not NONE:
+        particles.correction = np.zeros((len(particles.tags), Correction.width(scene.dim)))
     wetted = scene.domain.size[-1]
     lines = *ghosts_of(scene, state), markers_of(scene)
     domain = Domain(
@@ -121,11 +125,14 @@ def build(scene, communicator=None, folder=None):
         Gradients(sweep) if n.diffusion == "antuono" else None,
         DensityFilter(sweep, FILTERS[n.reinitialise], n.reinitialise_every) if n.reinitialise != "none" else None,
         scene.time.settle,
+        Correction(sweep) if terms.correction is not NONE else None,
     )
     simulation.observers += gauges_of(scene, folder)
     if folder is not None and scene.snapshot_interval:
+        snapshots = scene.output.snapshots
+        moments = Moments(sweep) if snapshots.moments else None
         simulation.observers.append(
-            SnapshotWriter(folder, scene.snapshot_interval, scene_text(scene), scene.output.snapshots.precision)
+            SnapshotWriter(folder, scene.snapshot_interval, scene_text(scene), snapshots.precision, moments)
         )
     return simulation
 
@@ -164,6 +171,7 @@ def terms_of(scene):
         TENSILE_CONTROLS[n.tensile_control],
         SHIFTINGS[n.shifting],
         SPRAYS[n.spray],
+        CORRECTIONS[n.kernel_correction],
     )
 
 

@@ -136,6 +136,13 @@ def _shallow(scene):
         why = "h follows the density of the evaluation before, which grows noise unless the flow is viscous"
         cure = 'viscosity = "monaghan" with alpha >= 0.5 and integrator = "verlet", or h_growth = 1'
         faults.append(SceneError("a growing h is unstable here", where="numerics.h_growth", why=why, cure=cure))
+    where = {
+        "numerics.kernel_correction": n.kernel_correction != "none",
+        "output.snapshots.moments": scene.output.snapshots.moments,
+    }
+    for key in [key for key, named in where.items() if named and n.h_growth > 1]:
+        why = "moments are those of one smoothing length"
+        faults.append(SceneError("has no meaning with a growing h", where=key, why=why, cure="h_growth = 1, or leave it out"))
     if n.diffusion == "fourtakas" and n.density != "summation":
         why = "there is no hydrostatic part"
         faults.append(SceneError("has no meaning here", where="numerics.diffusion", why=why, cure='"molteni" or "none"'))
@@ -206,6 +213,9 @@ def _terms(scene):
         faults.append(
             SceneError("is no term of shallow water", where="numerics.viscosity", why=why, cure='"monaghan" or "none"')
         )
+    if n.viscosity == "newtonian" and n.kernel_correction != "none":
+        why, cure = "its stress is summed with the plain kernel", '"none", or another viscosity'
+        faults.append(SceneError("does not go with newtonian viscosity", "numerics.kernel_correction", why, cure))
     if n.viscosity != "newtonian" and n.nu is not None:
         cure = 'viscosity = "newtonian", or leave it out'
         faults.append(SceneError("has no meaning here", where="numerics.nu", why=f"viscosity is {n.viscosity}", cure=cure))

@@ -2,8 +2,10 @@
 
 import math
 
+import numpy as np
 from rich.table import Table
 
+from ..moments import MOMENTS
 from ..particles import Layout
 from ..progress import console, duration, size_text
 from ..states import EQUATIONS
@@ -17,9 +19,11 @@ from .solids import fillings_of, markers_of, outlines_of
 SECONDS_PER_CANDIDATE = 2.8e-9
 GRADIENT_PASS = 1.4  # of the same with renormalised gradients
 STRAIN_RATES = 1.7  # of the same with newtonian viscosity
+CORRECTION_PASS = 2.5  # of the same with a corrected kernel, its pass included
 SECONDS_PER_GHOST = 2.0e-7  # hydrostatic interpolation, half of the ghosts dry
 SECONDS_PER_STEP = 1.0e-4  # what a step costs without particles, measured by `bench`
 BYTES_PER_SNAPSHOT_PARTICLE = {"float64": 89, "float32": 49}
+MOMENT_NUMBERS = 16  # of a particle in snapshots with moments
 
 
 def costs(scene):
@@ -33,8 +37,12 @@ def costs(scene):
     precision = 0.72 if scene.numerics.precision == "float32" else 1.0
     passes = GRADIENT_PASS if scene.numerics.diffusion == "antuono" else 1.0
     passes *= STRAIN_RATES if scene.numerics.viscosity == "newtonian" else 1.0
+    passes *= CORRECTION_PASS if scene.numerics.kernel_correction != "none" else 1.0
     length = sum(math.dist(*edge) for wall in outlines_of(scene) for edge in wall.edges)
     ghosts = length * scene.reach / scene.numerics.dx**2
+    saved = scene.output.snapshots
+    size = BYTES_PER_SNAPSHOT_PARTICLE[saved.precision]
+    size += MOMENT_NUMBERS * np.dtype(saved.precision).itemsize if saved.moments else 0
     snapshots = 1 + int(scene.time.end / scene.snapshot_interval) if scene.snapshot_interval else 0
     return {
         "particles": particles,
@@ -45,7 +53,7 @@ def costs(scene):
         "core seconds": evaluations * candidates * SECONDS_PER_CANDIDATE * precision * passes
         + steps * (SECONDS_PER_STEP + ghosts * SECONDS_PER_GHOST),
         "snapshots": snapshots,
-        "disk": snapshots * particles * BYTES_PER_SNAPSHOT_PARTICLE[scene.output.snapshots.precision],
+        "disk": snapshots * particles * size,
     }
 
 
@@ -101,6 +109,9 @@ def print_plan(scene, name):
     if n.reinitialise != "none":
         law = FILTERS[n.reinitialise]
         table.add_row("densities anew", f"{law.equation}, every {n.reinitialise_every} steps", law.source)
+    if scene.output.snapshots.moments:
+        names = ", ".join(moment.name for moment in MOMENTS)
+        table.add_row("in snapshots", f"moments of the plain kernel: {names}", "Szmidt (2013) eqs. (23), (24)")
     if scene.time.settle:
         table.add_row("settling", f"{scene.time.settle:g} s before t = 0, velocities decaying", "")
     palette = palette_of(scene)

@@ -14,7 +14,7 @@ from ..damping import KILLINGS, PROFILES, SWITCHES
 from ..kernels import KERNELS
 from ..states import STATES
 from ..stepping import INTEGRATORS
-from ..terms import DENSITIES, DIFFUSIONS, FILTERS, SHIFTINGS, SPRAYS, TENSILE_CONTROLS, VISCOSITIES
+from ..terms import CORRECTIONS, DENSITIES, DIFFUSIONS, FILTERS, SHIFTINGS, SPRAYS, TENSILE_CONTROLS, VISCOSITIES
 from ..walls import INTERPOLATORS, REPULSIONS, TREATMENTS, WEIGHTS
 from ..walls.mirror import SLIPS
 
@@ -288,6 +288,9 @@ class Numerics(Section):
     h_growth: Annotated[float, Field(ge=1, le=100)] = Field(
         1.0, description="shallow water: h grows with the spacing of thinning water, up to so many times its length [-]"
     )
+    kernel_correction: Literal[*CORRECTIONS] = Field(
+        "none", description="linear: forces and density rates reproduce linear fields (Szmidt eqs. (25) to (31))"
+    )
     c0: Positive | None = Field(None, description="sound speed [m/s]; default: c0_factor sqrt(g depth)")
     c0_factor: Annotated[float, Field(ge=5)] = Field(20.0, description="sound speed over sqrt(g depth) [-], at least 5")
     state: Literal[*STATES] = Field("tait", description="equation of state")
@@ -340,6 +343,11 @@ class Snapshots(Section):
 
     every: Positive | None = Field(None, description="interval [s]; default: a hundredth of the run")
     precision: Literal["float64", "float32"] = Field("float64", description="of the numbers in the files")
+    moments: bool = Field(
+        False,
+        description="zeroth and first moments of kernel and kernel gradient too (Szmidt eqs. (23), (24)): where sums over "
+        "neighbours reproduce linear fields, and where not",
+    )
 
 
 class Log(Section):

@@ -7,6 +7,7 @@ particle a share ``F = (1/r) dW/dr``, so ``grad_a W_ab = F r_ab`` with ``r_ab = 
 
 from dataclasses import dataclass
 
+from .correction import CORRECTIONS
 from .density import DENSITIES, SMOOTHED_CONTINUITY
 from .diffusion import DIFFUSIONS
 from .filter import FILTERS
@@ -25,7 +26,7 @@ class Terms:
 
     Attributes
     ----------
-    density, viscosity, diffusion, smoothing, tensile, shifting, spray : Term
+    density, viscosity, diffusion, smoothing, tensile, shifting, spray, correction : Term
     """
 
     density: Term = DENSITIES["continuity"]
@@ -35,6 +36,7 @@ class Terms:
     tensile: Term = NONE
     shifting: Term = NONE
     spray: Term = NONE
+    correction: Term = NONE
 
     @property
     def families(self):
@@ -48,6 +50,7 @@ class Terms:
             ("tensile control", self.tensile),
             ("particle shifting", self.shifting),
             ("spray", self.spray),
+            ("kernel correction", self.correction),
         )
 
     @property
@@ -62,6 +65,7 @@ class Terms:
 
 
 __all__ = [
+    "CORRECTIONS",
     "DENSITIES",
     "DIFFUSIONS",
     "FILTERS",
