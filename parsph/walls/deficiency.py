@@ -13,7 +13,7 @@ Each marker j of a wall has a strength C_j such that the fluid beside it has no 
     stands for, and the kernel is filled to ``gamma_i = 1 - sum_j s_j n_j . r_ij / |r_ij|^dim integral of W r^(dim-1) dr
     beyond |r_ij|``. What neighbours do is divided by gamma_i, or else fluid slides down along a wall at 0.3 g, and weight_ij
     is s_j / gamma_i. C_j is the least-squares fit of ``a_i + (v_i - v_w)/tau = C_j S_i/gamma_i`` over near particles,
-    tau = 2 h/c0: a velocity into the wall or off it decays too, which keeps the gap from wandering. The density's rate gets
+    tau = h/c0: a velocity into the wall or off it decays too, which keeps the gap from wandering. The density's rate gets
     ``-rho_i sum_j (v_i - v_w,j) . n_j W_ij s_j / gamma_i``, so that it feels the wall come near (as Ferrand et al. 2013).
 
 Near particles count with ``(1 - r^2/R_s^2)^2``, which fades out smoothly at R_s. A strength only pushes: fluid that is
@@ -27,7 +27,7 @@ import numpy as np
 from ..jit import jit
 
 JONES2010, MOMENTS = 1, 2
-RELAXATION = 0.5  # of c0/h: 1/tau
+RELAXATION = 1.0  # of c0/h: 1/tau
 LEAST_FILLED = 0.1  # gamma is 1/4 in a right-angled corner
 NEAREST = 1e-3  # of the markers' spacing: nearer particles count as being so far away
 
