@@ -27,7 +27,7 @@ io
 simulation
 progress
 scene
-run examine
+run examine residuals
 study
 bench verify
 cli
