@@ -19,7 +19,7 @@ class StudyTable:
     study : Study
     place : Workspace
     columns : dict
-        Name to unit, in order: row, group, axes, status, metrics, costs.
+        Name to unit, in order: row, group, axes, status, metrics, how far it got, costs.
     rows : list of dict
         Column to value; numbers that a row does not have are NaN.
     notes : list of str
@@ -30,7 +30,7 @@ class StudyTable:
         self.study, self.place = study, place
         metrics = {name: METRICS[name].unit for name in study.metrics}
         costs = {name: unit for name, (_, unit) in COSTS.items()}
-        self.columns = dict.fromkeys(["row", "group", *study.axes, "status"], "") | metrics | costs
+        self.columns = dict.fromkeys(["row", "group", *study.axes, "status"], "") | metrics | {"reached": "s"} | costs
         self.notes = []
         self.rows = [self._measured(row) for row in study.rows]
 
@@ -38,8 +38,10 @@ class StudyTable:
         values = {"row": row.name, "group": row.group, "status": self.place.status(row)}
         values |= {axis: row.labels.get(axis, "") for axis in self.study.axes}
         results = self.place.results(row)
+        own = self.study.metrics_of(row)
         for name in self.study.metrics:
-            values[name] = self._metric(METRICS[name], row, results)
+            values[name] = self._metric(METRICS[name], row, results) if name in own else math.nan
+        values["reached"] = self.place.reached(row)
         summary = results.summary if results else None
         for name, (key, _) in COSTS.items():
             if summary is None:
