@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from ..errors import SceneError
+from ..io.results import Results
 from .metrics import COSTS, METRICS
 from .runner import FINISHED
 
@@ -67,6 +68,11 @@ class StudyTable:
     def results(self, name):
         """Return the `Results` of the row `name`, None when it has not finished."""
         return self.place.results(next(row for row in self.study.rows if row.name == name))
+
+    def left(self, name):
+        """Return the `Results` of whatever the row `name` left, finished or not; None when it left nothing."""
+        folder = self.place.run_folder(next(row for row in self.study.rows if row.name == name))
+        return Results(folder) if (folder / "scene.json").exists() else None
 
     def select(self, **labels):
         """Return the finished rows with these labels (group among them), as ``select(group="layers", variant="M0")``."""
