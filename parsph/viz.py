@@ -59,7 +59,7 @@ def save(figure, path):
     return path
 
 
-def particles(ax, position, values, label, still_level=None, layer=None, size=None, limits=None, vectors=None):
+def particles(ax, position, values, label, still_level=None, layer=None, size=None, limits=None, vectors=None, unit="m/s"):
     """Draw 2D particles coloured by a field; return (cloud, colour bar, arrows or None).
 
     Parameters
@@ -80,6 +80,8 @@ def particles(ax, position, values, label, still_level=None, layer=None, size=No
         The values at the ends of the colour bar, by default the smallest and the largest; pointed ends show values beyond.
     vectors : (n, 2) array, optional
         Velocities [m/s], thin arrows; of very many particles one in each cell of a square grid gets one.
+    unit : str
+        Of the vectors, for others than velocities.
     """
     position, values = np.asarray(position, dtype=float), np.asarray(values, dtype=float)
     good = np.isfinite(values) & np.isfinite(position).all(axis=1)
@@ -113,7 +115,8 @@ def particles(ax, position, values, label, still_level=None, layer=None, size=No
     bar.outline.set_linewidth(0.6)
     arrows = None
     if vectors is not None and len(position):
-        arrows = _arrows(ax, position, np.asarray(vectors, dtype=float)[good], spacing, 1 + 0.02 * ratio if long else 1.02)
+        height = 1 + 0.02 * ratio if long else 1.02
+        arrows = _arrows(ax, position, np.asarray(vectors, dtype=float)[good], spacing, height, unit)
     if size is None and spacing:
         cloud.spacing = spacing
         _settle(ax.figure)
@@ -365,7 +368,7 @@ def _spacing(position):
     return float(np.median(cKDTree(position).query(some, k=2)[0][:, 1])) if len(position) > 1 else 0.0
 
 
-def _arrows(ax, position, vectors, spacing, height):
+def _arrows(ax, position, vectors, spacing, height, unit):
     """Draw velocities, and their scale at `height` (in panel heights); return the arrows."""
     cell = (spacing or 1.0) * math.ceil(math.sqrt(len(position) / ARROWS))
     chosen = np.arange(len(position))
@@ -377,7 +380,7 @@ def _arrows(ax, position, vectors, spacing, height):
     arrows = ax.quiver(*position[chosen].T, *vectors[chosen].T, scale=scale, color="black", clip_on=False, **look)
     arrows.set_in_layout(False)  # unclipped, for the arrows at the surface; the layout would take them for far larger
     said = {"transform": ax.transAxes, "ha": "right", "va": "bottom", "fontsize": SMALL}
-    ax.text(1, height, f"longest arrow {longest:.2g} m/s", **said).above = True
+    ax.text(1, height, f"longest arrow {longest:.2g} {unit}", **said).above = True
     return arrows
 
 

@@ -3,7 +3,7 @@
 from . import pool  # noqa: F401 - it registers its metrics
 from .base import COSTS, METRICS, largest, rms
 from .basins import amplitudes, mode_of, oscillation_of
-from .rest import EARLY, arrival, impact, plateau_of, probe_errors, probes
+from .rest import EARLY, arrival, buchner, impact, plateau_of, probe_errors, probes
 from .walls import behind
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "amplitudes",
     "arrival",
     "behind",
+    "buchner",
     "impact",
     "largest",
     "mode_of",

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ...measured import measured
 from ...scene.schema import Scene
 from .base import energy_record, largest, metric, rms
 
@@ -92,6 +93,19 @@ def plateau(results, references):
     """Dam break: mean of p/(rho0 g H) at the gauge P1, which begins dry, from 0.2 to 0.7 s after its arrival there."""
     record = impact(results)
     return math.nan if record is None else plateau_of(*record, arrival(*record))
+
+
+@metric("plateau-error", "%", needs="pressures")
+def plateau_error(results, references):
+    """Dam break: the plateau over that of Buchner's record, scaled to the depth, minus 1."""
+    t, pressure = buchner(results)
+    return 100.0 * (plateau(results, references) / plateau_of(t, pressure, arrival(t, pressure)) - 1.0)
+
+
+def buchner(results):
+    """Return the measured record as (t [s], p / (rho g H)), for the depth of a run."""
+    record = measured("buchner_p1")
+    return record["t_star"] * math.sqrt(results.depth / results.scene["domain"]["gravity"]), record["p_star"]
 
 
 def impact(results):
