@@ -292,9 +292,10 @@ def error_against_cost(ax, rows, xlabel="cost [CPU s]", ylabel="error [-]"):
     step = {"drawstyle": "steps-post", "color": GREY, "linewidth": 0.8, "zorder": 1.5}
     (front,) = ax.plot(costs[best], errors[best], label="Pareto front", **step)
     _frame(ax, xlabel, ylabel)
-    ax.set(xscale="log", yscale="log")
-    _plain(ax.xaxis)
-    _plain(ax.yaxis)
+    if rows:  # nothing has no logarithm
+        ax.set(xscale="log", yscale="log")
+        _plain(ax.xaxis)
+        _plain(ax.yaxis)
     ax.margins(0.12)
     _legend(ax)
     for label, cost, error, _ in rows:

@@ -57,7 +57,7 @@ def lowest_row(results, references):
     bed = min(block["low"][-1] for block in results.scene["fluid"]["blocks"])
     vertical, dx = len(results.scene["domain"]["size"]) - 1, results.scene["numerics"]["dx"]
     first, last = (results.snapshot(number)["position"][:, vertical] - bed for number in (0, -1))
-    return float(np.median(last[first < dx]) / dx)
+    return float(np.median(last[first < first.min() + 0.5 * dx]) / dx)
 
 
 def mode_of(results):
