@@ -45,10 +45,9 @@ ARC, SPACING, REACH = 1.0, 0.25, 0.775  # of Fig. 6 [m]
 def study(quick):
     """Return the study; quick: still water and the bulging bed at 0.02 m, for 3 s and 1.2 s."""
     dx = {"numerics.dx": 0.02 if quick else 0.01}
-    still = {**dx, "time.end": 3.0 if quick else 10.0, "gauges": GAUGES}
-    bulge = {**dx, "time.end": 1.2 if quick else 3.0, "gauges": GAUGES}
+    still, bulge = ({**dx, **_until(end), "gauges": GAUGES} for end in ((3.0, 1.2) if quick else (10.0, 3.0)))
     groups = [
-        Group(shape, shape, {"time.end": end, "gauges": []}, {"walls": _walls(names)}, metrics=COSTS)
+        Group(shape, shape, {**_until(end), "gauges": []}, {"walls": _walls(names)}, metrics=COSTS)
         for shape, (names, end) in SHAPES.items()
     ]
     groups += [
@@ -57,6 +56,10 @@ def study(quick):
     ]
     title = "Correction of the boundary deficiency (Jones et al., Figs. 3 to 8) beside other walls"
     return Study("deficiency", title, tuple(groups), METRICS, report=report)
+
+
+def _until(end):
+    return {"time.end": end, "output.snapshots.every": end}
 
 
 def _walls(names):

@@ -19,7 +19,7 @@ from ..runner import FINISHED
 METRICS = ("frequency-error", "loss-per-period", "velocity-error", "penetrations", "lowest-row", "step-cost", "work")
 BASIN, PERIODS = 0.2, 5
 PERIOD = 2 * math.pi / Seiche(BASIN, BASIN, 0.0, 9.81).frequency  # 0.507 s
-PER_PERIOD = 20  # snapshots
+PER_PERIOD, SOME = 20, 12  # snapshots a period, of the paper's rows and of the others
 PICTURES, PAPER_PERIODS = (0.25, 0.75, 1.25, 2.25), 2.5  # periods
 EARLY_PICTURES = (0.05, 0.1, 0.25, 1.25)  # corrected kernels do not get far
 GAUSSIAN = {"numerics.kernel": "gaussian", "numerics.h_over_dx": 4 / 3}
@@ -75,8 +75,8 @@ def study(quick):
     four = {"support": {"4d": SUPPORTS["4d"]}}
     others = {"walls": {name: keys for name, keys in WALLS.items() if name != "mirror"}}  # that is among the kernels
     some = {"walls": {name: WALLS[name] for name in ("mirror", "mirror-plain")}}
-    accurate = _until(PERIODS) | GAUSSIAN
-    paper = _until(PAPER_PERIODS) | PAPER
+    accurate = _until(PERIODS, SOME) | GAUSSIAN
+    paper = _until(PAPER_PERIODS, PER_PERIOD) | PAPER
     groups = (
         Group("paper", "seiche", paper, {**plain, "dx": paper_spacings, "support": SUPPORTS}),
         Group("paper-corrected", "seiche", paper, {**plain, "dx": middle, **four, "correction": CORRECTED}),
@@ -93,8 +93,8 @@ def _spacings(*spacings):
     return {f"{dx:g}": {"numerics.dx": dx} for dx in spacings}
 
 
-def _until(periods):
-    return {"time.end": periods * PERIOD, "output.snapshots.every": PERIOD / PER_PERIOD, "gauges": []}
+def _until(periods, snapshots):
+    return {"time.end": periods * PERIOD, "output.snapshots.every": PERIOD / snapshots, "gauges": []}
 
 
 def report(table, folder):

@@ -54,7 +54,7 @@ def study(quick):
     periods = 3 if quick else 5
     settings = {
         "still": {**_until(still), "gauges": [*PROBES, ENERGY], "numerics.c0_factor": 10.0},
-        "seiche": {**_until(periods * PERIOD, 20 * periods), "gauges": [ENERGY]},
+        "seiche": {**_until(periods * PERIOD, 12 * periods), "gauges": [ENERGY]},
         "dam": {**_until(dam), "gauges": [TRANSDUCER, ENERGY], "walls": TANK},
         "ellipse": {**_until(20.0), "gauges": [{**ENERGY, "every": 0.2}]},
     }
@@ -68,7 +68,7 @@ def study(quick):
     return Study("wall-treatments", title, tuple(groups), METRICS, report=report)
 
 
-def _until(end, snapshots=20):
+def _until(end, snapshots=5):
     return {"time.end": end, "output.snapshots.every": end / snapshots}
 
 
