@@ -157,7 +157,7 @@ def test_markers_are_part_of_what_walls_cost(tmp_path):
     ("name", "quick", "count"),
     [
         ("seiche", True, 27),
-        ("seiche", False, 58),
+        ("seiche", False, 55),
         ("deficiency", True, 29),
         ("deficiency", False, 29),
         ("wall-treatments", True, 38),

@@ -95,10 +95,13 @@ class StudyTable:
 
     def markdown(self, columns=None, rows=None):
         """Return the lines of a Markdown table of the given columns and rows; default: all."""
-        columns, rows = columns or list(self.columns), self.rows if rows is None else rows
-        lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
-        lines += ["| " + " | ".join(_text(row[name]) for name in columns) + " |" for row in rows]
-        return lines
+        return markdown(columns or list(self.columns), self.rows if rows is None else rows)
+
+
+def markdown(columns, rows):
+    """Return the lines of a Markdown table of `rows`, dicts of text and numbers."""
+    lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
+    return lines + ["| " + " | ".join(_text(row[name]) for name in columns) + " |" for row in rows]
 
 
 def _text(value):
