@@ -317,7 +317,7 @@ def _bulges(lines, folder):
     lines += [
         "Paper, Fig. 4: virtual particles that move with a wall that deforms clump, which gives too much pressure where it "
         f"bulges into the fluid and too little where it bulges out. Over the middle of a bed bulged by {AMPLITUDE:g} m over a "
-        f"length of {BULGE[1] - BULGE[0]:g} m, at a constant pressure of {PRESSURE:g} Pa without gravity, RMS acceleration and mean "
+        f"length of {BULGE[1] - BULGE[0]:g} m, at a constant pressure of {PRESSURE:g} Pa, RMS acceleration and mean "
         "along the normal (positive: too much pressure) [m/s²]:",
         "",
         *markdown(list(told[0]), told),
