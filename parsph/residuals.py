@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .parallel import Communicator
 from .scene.build import build
@@ -82,45 +83,62 @@ def residual_accelerations(scene, overrides=None, time=0.0):
         When the scene does not go with the overrides.
     """
     scene = load_scene(_keys(scene), overrides)
+    return residuals_of(scene, build(scene, Communicator()), time)
+
+
+def residuals_of(scene, walled, time=0.0):
+    """Return the `Residuals` of the simulation `walled`, which has the fluid of `scene`, at `time` [s]."""
     bare = build(scene, Communicator())
-    without_walls(bare)
-    return residuals_of(scene, bare, build(scene, Communicator()), time)
-
-
-def residuals_of(scene, bare, walled, time=0.0):
-    """Return the `Residuals` of two simulations of the same fluid, `bare` without walls and `walled`, at `time` [s]."""
+    bare.domain.walls, bare.domain.ghosts, bare.domain.barrier, bare.domain.markers = [], None, None, None
     bare.evaluate(time)
     walled.evaluate(time)
-    order, before = _sorted(bare)
-    _, after = _sorted(walled)
-    position = bare.field("position")[order]
-    distance, turning = wall_distances(scene, position, time)
+    position, before = _accelerations(bare)
+    _, after = _accelerations(walled)
+    pieces = WallPieces(scene, time)
+    distance = pieces.distances(position)
     below = scene.level - position[:, -1] > scene.reach if any(scene.gravity) else np.ones(len(position), bool)
-    return Residuals(position, before, after, distance, (distance < scene.reach) & below, turning, scene.reach)
+    near = (distance < scene.reach) & below
+    turning = np.zeros(len(position), bool)
+    turning[near] = pieces.turns(position[near], scene.reach)
+    return Residuals(position, before, after, distance, near, turning, scene.reach)
 
 
-def without_walls(simulation):
-    """Take all walls out of a simulation that has not begun."""
-    domain = simulation.domain
-    domain.walls, domain.ghosts, domain.barrier, domain.markers = [], None, None, None
+class WallPieces:
+    """The walls of a scene at a time, in the small pieces that markers stand for, whatever they are made of.
 
-
-def wall_distances(scene, position, time=0.0):
-    """Return the distances [m] of points, shape (n, dim), from the nearest wall, and whether walls turn there (`Residuals`).
-
-    Walls are taken in the pieces that markers stand for, whatever they are made of.
+    Parameters
+    ----------
+    scene : Scene or dict
+        A scene, or its keys.
+    time : float
+        [s]
     """
-    pieces = markers_of(load_scene(_keys(scene), {"walls.treatment": "deficiency"}))
-    pieces.move(time)
-    away = position[:, None] - pieces.position
-    far = np.linalg.norm(away, axis=2)
-    rows, nearest = np.arange(len(position)), far.argmin(axis=1)
-    normal = pieces.normal[nearest]
-    distance = np.abs((away[rows, nearest] * normal).sum(axis=1))
-    alike = normal @ pieces.normal.T
-    # Opposite walls of a narrow tank are two walls, not a corner.
-    turning = ((far < scene.reach) & (alike < TURN) & (alike > -TURN)).any(axis=1)
-    return distance, turning
+
+    def __init__(self, scene, time=0.0):
+        markers = markers_of(load_scene(_keys(scene), {"walls.treatment": "deficiency"}))
+        markers.move(time)
+        self.position, self.normal = markers.position, markers.normal
+        self._tree = cKDTree(self.position)
+
+    def _nearest(self, points):
+        return self._tree.query(points)[1]
+
+    def distances(self, points):
+        """Return how far points, shape (n, dim) [m], are in front of the nearest wall; behind it the number is negative."""
+        nearest = self._nearest(points)
+        return ((points - self.position[nearest]) * self.normal[nearest]).sum(axis=1)
+
+    def turns(self, points, reach):
+        """Return at which points, shape (n, dim) [m], walls within `reach` [m] turn by more than 45 degrees from the nearest.
+
+        Walls that face each other across a narrow tank are two walls, not a corner.
+        """
+        turning = np.zeros(len(points), bool)
+        for k, (nearest, around) in enumerate(
+            zip(self._nearest(points), self._tree.query_ball_point(points, reach), strict=True)
+        ):
+            turning[k] = (np.abs(self.normal[around] @ self.normal[nearest]) < TURN).any()
+        return turning
 
 
 def _keys(scene):
@@ -128,7 +146,7 @@ def _keys(scene):
     return json.loads(scene_text(scene)) if isinstance(scene, Scene) else scene
 
 
-def _sorted(simulation):
-    """Return the order of the fluid by its number, and the accelerations [m/s^2] in that order."""
+def _accelerations(simulation):
+    """Return positions [m] and accelerations [m/s^2] of the fluid, in the order of its numbers."""
     order = np.argsort(simulation.field("id"))
-    return order, simulation.particles.acceleration[simulation.particles.fluid][order]
+    return simulation.field("position")[order], simulation.particles.acceleration[simulation.particles.fluid][order]

@@ -60,7 +60,9 @@ def save(figure, path):
     return path
 
 
-def particles(ax, position, values, label, still_level=None, layer=None, size=None, limits=None, vectors=None, log=False):
+def particles(
+    ax, position, values, label, still_level=None, layer=None, size=None, limits=None, vectors=None, log=False, unit="m/s"
+):
     """Draw 2D particles coloured by a field; return (cloud, colour bar, arrows or None).
 
     Parameters
@@ -83,6 +85,8 @@ def particles(ax, position, values, label, still_level=None, layer=None, size=No
         Velocities [m/s], thin arrows; of very many particles one in each cell of a square grid gets one.
     log : bool
         Whether the colour scale is logarithmic, over at most `DECADES`; smaller values have its lowest colour.
+    unit : str
+        Of the vectors, for others than velocities.
     """
     position, values = np.asarray(position, dtype=float), np.asarray(values, dtype=float)
     good = np.isfinite(values) & np.isfinite(position).all(axis=1)
@@ -121,7 +125,8 @@ def particles(ax, position, values, label, still_level=None, layer=None, size=No
     bar.outline.set_linewidth(0.6)
     arrows = None
     if vectors is not None and len(position):
-        arrows = _arrows(ax, position, np.asarray(vectors, dtype=float)[good], spacing, 1 + 0.02 * ratio if long else 1.02)
+        height = 1 + 0.02 * ratio if long else 1.02
+        arrows = _arrows(ax, position, np.asarray(vectors, dtype=float)[good], spacing, height, unit)
     if size is None and spacing:
         cloud.spacing = spacing
         _settle(ax.figure)
@@ -297,9 +302,10 @@ def error_against_cost(ax, rows, xlabel="cost [CPU s]", ylabel="error [-]"):
     step = {"drawstyle": "steps-post", "color": GREY, "linewidth": 0.8, "zorder": 1.5}
     (front,) = ax.plot(costs[best], errors[best], label="Pareto front", **step)
     _frame(ax, xlabel, ylabel)
-    ax.set(xscale="log", yscale="log")
-    _plain(ax.xaxis)
-    _plain(ax.yaxis)
+    if rows:  # nothing has no logarithm
+        ax.set(xscale="log", yscale="log")
+        _plain(ax.xaxis)
+        _plain(ax.yaxis)
     ax.margins(0.12)
     _legend(ax)
     for label, cost, error, _ in rows:
@@ -373,7 +379,7 @@ def _spacing(position):
     return float(np.median(cKDTree(position).query(some, k=2)[0][:, 1])) if len(position) > 1 else 0.0
 
 
-def _arrows(ax, position, vectors, spacing, height):
+def _arrows(ax, position, vectors, spacing, height, unit):
     """Draw velocities, and their scale at `height` (in panel heights); return the arrows."""
     cell = (spacing or 1.0) * math.ceil(math.sqrt(len(position) / ARROWS))
     chosen = np.arange(len(position))
@@ -385,7 +391,7 @@ def _arrows(ax, position, vectors, spacing, height):
     arrows = ax.quiver(*position[chosen].T, *vectors[chosen].T, scale=scale, color="black", clip_on=False, **look)
     arrows.set_in_layout(False)  # unclipped, for the arrows at the surface; the layout would take them for far larger
     said = {"transform": ax.transAxes, "ha": "right", "va": "bottom", "fontsize": SMALL}
-    ax.text(1, height, f"longest arrow {longest:.2g} m/s", **said).above = True
+    ax.text(1, height, f"longest arrow {longest:.2g} {unit}", **said).above = True
     return arrows
 
 

@@ -92,6 +92,17 @@ class Seiche:
         scale = self.amplitude * self.gravity * k / self.frequency / math.cosh(kd)
         return scale * np.stack([-np.cosh(k * z) * np.sin(k * x), np.sinh(k * z) * np.cos(k * x)], axis=1)
 
+    def share(self, position, velocity):
+        """Return how much of the mode particles move with, 1 at t = 0: ``sum(v . phi) / sum(phi . phi)``, phi of eq. (43).
+
+        Parameters
+        ----------
+        position, velocity : ndarray, shape (n, 2)
+            [m] from the basin's lower left corner, [m/s].
+        """
+        mode = self.velocity(position)
+        return float((velocity * mode).sum() / (mode**2).sum())
+
 
 def pulse(x, depth, amplitude, center, width, gravity):
     """Return the depth and velocity of a hump that travels to the right on shallow water.

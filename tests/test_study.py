@@ -59,6 +59,7 @@ settings = { "numerics.density_range" = [0.9999, 1.1] }
 ROWS = ["infinite", "reflecting", "layers_20", "layers_50", "narrow"]
 GOOD = ROWS[:-1]
 TIMES = ("cpu", "wall", "damping")
+BUILTIN = ["absorbing-1d", "absorbing-2d", "deficiency", "seiche", "wall-treatments", "walls"]
 
 
 @pytest.fixture
@@ -723,7 +724,7 @@ def test_without_matplotlib_nothing_is_run(place, command, monkeypatch):
 def test_studies_and_rows_are_listed(place, command):
     code, out, _ = command("study")
     assert code == 0
-    assert [line.split()[0] for line in out.splitlines()] == builtin_names() == ["absorbing-1d", "absorbing-2d", "walls"]
+    assert [line.split()[0] for line in out.splitlines()] == builtin_names() == BUILTIN
     code, out, _ = command("study", "hump.toml", "--list")
     assert code == 0
     rows = re.findall(r"^ *(\d+)  (\S+) +([\d,]+) particles", out, re.MULTILINE)

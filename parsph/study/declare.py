@@ -61,6 +61,8 @@ class Group:
         Role to group, where it is not that of the study.
     on_top : dict
         Overrides that come last.
+    metrics : tuple of str
+        Those of the study's that its rows get; empty: all.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Group:
     axes: dict = field(default_factory=dict)
     references: dict = field(default_factory=dict)
     on_top: dict = field(default_factory=dict)
+    metrics: tuple = ()
 
     def rows(self):
         """Return the rows of this group."""
@@ -117,6 +120,10 @@ class Study:
         """Names of all axes, in order of appearance."""
         return list(dict.fromkeys(axis for group in self.groups for axis in group.axes))
 
+    def metrics_of(self, row):
+        """Return the names of the metrics that a row gets."""
+        return next(group.metrics for group in self.groups if group.name == row.group) or self.metrics
+
     def reference(self, row, role):
         """Return the row that `row` is compared with in this role, None when there is none or others are compared with it."""
         own = next(group.references for group in self.groups if group.name == row.group)
@@ -145,7 +152,7 @@ class Study:
         for row in self.rows:
             try:
                 scene = load_scene(row.base, row.overrides)
-                for metric in self.metrics if row.group not in compared else ():
+                for metric in self.metrics_of(row) if row.group not in compared else ():
                     METRICS[metric].check(scene)
                 scenes[row.name] = scene
             except SceneError as error:
@@ -244,7 +251,7 @@ class StudyFile(_Section):
             SceneError(f"two groups are called {other!r}", where="groups", cure="a name of its own for each")
             for other in {other for other in names if names.count(other) > 1}
         ]
-        taken = {"row", "group", "status", *COSTS, *self.metrics}
+        taken = {"row", "group", "status", "reached", *COSTS, *self.metrics}
         for number, group in enumerate(self.groups):
             for axis in taken.intersection(group.axes):
                 why = "the table has a column of that name"

@@ -6,6 +6,8 @@
 
 import itertools
 import json
+import math
+import re
 import shutil
 import subprocess
 import sys
@@ -64,6 +66,19 @@ class Workspace:
     def why(self, row):
         """Return why a row failed, one line; empty for others."""
         return json.loads(self.failure(row).read_text(encoding="utf-8"))["why"] if self.status(row) == FAILED else ""
+
+    def reached(self, row):
+        """Return how far a row got [s]: to its end, or where it failed, which its error says or else its last snapshot."""
+        folder = self.run_folder(row)
+        if not (folder / "scene.json").exists():
+            return math.nan
+        results = Results(folder)
+        if results.summary:
+            return results.scene["time"]["end"]
+        told = re.search(r"at t = (\S+) s\b", self.why(row))
+        if told:
+            return float(told.group(1))
+        return results.snapshot()["time"] if results.snapshots else math.nan
 
     def prepare(self, scenes):
         """Write the scenes of all rows ({row name: Scene}), keeping those that are there.

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from ..errors import SceneError
+from ..io.results import Results
 from .metrics import COSTS, METRICS
 from .runner import FINISHED
 
@@ -19,7 +20,7 @@ class StudyTable:
     study : Study
     place : Workspace
     columns : dict
-        Name to unit, in order: row, group, axes, status, metrics, costs.
+        Name to unit, in order: row, group, axes, status, metrics, how far it got, costs.
     rows : list of dict
         Column to value; numbers that a row does not have are NaN.
     notes : list of str
@@ -30,7 +31,7 @@ class StudyTable:
         self.study, self.place = study, place
         metrics = {name: METRICS[name].unit for name in study.metrics}
         costs = {name: unit for name, (_, unit) in COSTS.items()}
-        self.columns = dict.fromkeys(["row", "group", *study.axes, "status"], "") | metrics | costs
+        self.columns = dict.fromkeys(["row", "group", *study.axes, "status"], "") | metrics | {"reached": "s"} | costs
         self.notes = []
         self.rows = [self._measured(row) for row in study.rows]
 
@@ -38,8 +39,10 @@ class StudyTable:
         values = {"row": row.name, "group": row.group, "status": self.place.status(row)}
         values |= {axis: row.labels.get(axis, "") for axis in self.study.axes}
         results = self.place.results(row)
+        own = self.study.metrics_of(row)
         for name in self.study.metrics:
-            values[name] = self._metric(METRICS[name], row, results)
+            values[name] = self._metric(METRICS[name], row, results) if name in own else math.nan
+        values["reached"] = self.place.reached(row)
         summary = results.summary if results else None
         for name, (key, _) in COSTS.items():
             if summary is None:
@@ -66,6 +69,11 @@ class StudyTable:
         """Return the `Results` of the row `name`, None when it has not finished."""
         return self.place.results(next(row for row in self.study.rows if row.name == name))
 
+    def left(self, name):
+        """Return the `Results` of whatever the row `name` left, finished or not; None when it left nothing."""
+        folder = self.place.run_folder(next(row for row in self.study.rows if row.name == name))
+        return Results(folder) if (folder / "scene.json").exists() else None
+
     def select(self, **labels):
         """Return the finished rows with these labels (group among them), as ``select(group="layers", variant="M0")``."""
         wanted = labels.items()
@@ -87,10 +95,13 @@ class StudyTable:
 
     def markdown(self, columns=None, rows=None):
         """Return the lines of a Markdown table of the given columns and rows; default: all."""
-        columns, rows = columns or list(self.columns), self.rows if rows is None else rows
-        lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
-        lines += ["| " + " | ".join(_text(row[name]) for name in columns) + " |" for row in rows]
-        return lines
+        return markdown(columns or list(self.columns), self.rows if rows is None else rows)
+
+
+def markdown(columns, rows):
+    """Return the lines of a Markdown table of `rows`, dicts of text and numbers."""
+    lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
+    return lines + ["| " + " | ".join(_text(row[name]) for name in columns) + " |" for row in rows]
 
 
 def _text(value):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..analysis import mean_height, reflection
+from ..analysis import mean_height, oscillation, reflection
 from ..parallel import Communicator
 from ..scene.build import build
 from ..scene.load import load_scene
@@ -19,47 +19,40 @@ def seiche(quick):
 
     The amplitude is the projection of the particles' velocities on the mode of eq. (43), fitted by A exp(-b t) cos(w t + p).
     """
-    from scipy.optimize import curve_fit
-
     for per_depth, frequency_bar, loss_bar in ((20, 0.6, 1.5), (40, 0.2, 1.0)):
         scene = load_scene("seiche", {"numerics.dx": 0.2 / per_depth, "gauges": []})
         theory = Seiche(0.2, 0.2, scene.fluid.blocks[0].amplitude, scene.domain.gravity)
         period = 2 * math.pi / theory.frequency
-        times, amplitudes, outside = _amplitudes(scene, theory, 5 * period)
-
-        def damped(t, a, b, w, phase):
-            return a * np.exp(-b * t) * np.cos(w * t + phase)
-
-        fit, _ = curve_fit(damped, times, amplitudes, p0=(1.0, 0.02 / period, theory.frequency, 0.0))
+        times, shares, outside = _shares(scene, theory, 5 * period)
+        found = oscillation(times, shares, theory.frequency)
         size = f"{per_depth} per depth"
-        yield f"frequency error, {size}", 100 * (fit[2] / theory.frequency - 1), "%", frequency_bar
-        yield f"amplitude loss per period, {size}", 100 * (1 - math.exp(-fit[1] * period)), "%", loss_bar
+        yield f"frequency error, {size}", 100 * (found.frequency / theory.frequency - 1), "%", frequency_bar
+        yield f"amplitude loss per period, {size}", 100 * found.loss, "%", loss_bar
         yield f"particles behind a wall, {size}", outside, "", 0.0
         if quick:
             return
 
 
-def _amplitudes(scene, theory, end):
+def _shares(scene, theory, end):
     """Run a seiche up to `end` [s].
 
     Returns
     -------
     tuple of (ndarray, ndarray, int)
-        Times [s], amplitudes of the mode in units of the initial one, largest number of particles seen behind a wall.
+        Times [s], shares of the mode that is there at the beginning, largest number of particles seen behind a wall.
     """
     simulation = build(scene, Communicator())
     simulation.end = end
     simulation.prepare()
-    times, amplitudes, outside = [], [], 0
+    times, shares, outside = [], [], 0
     while simulation.time < end:
         simulation.advance()
         if simulation.steps % 10 == 0:
             position = simulation.field("position")
             outside = max(outside, int(((position < 0) | (position > [theory.length, np.inf])).any(axis=1).sum()))
-            mode = theory.velocity(position)
             times.append(simulation.time)
-            amplitudes.append((simulation.field("velocity") * mode).sum() / (mode**2).sum())
-    return np.array(times), np.array(amplitudes), outside
+            shares.append(theory.share(position, simulation.field("velocity")))
+    return np.array(times), np.array(shares), outside
 
 
 @case

@@ -8,10 +8,9 @@ import math
 import numpy as np
 
 from ... import viz
-from ...measured import measured
 from ...walls import INTERPOLATORS
 from ..declare import Group, Study
-from ..metrics import EARLY, arrival, impact, largest, plateau_of, probe_errors, probes, rms
+from ..metrics import EARLY, arrival, buchner, impact, largest, plateau_of, probe_errors, probes, rms
 from ..report import figure
 from ..runner import FINISHED
 
@@ -173,7 +172,7 @@ def _errors(lines, folder, rows):
 def _dam(lines, folder, table, rows):
     dx, own = _middle(rows)
     records = {wall: impact(table.results(row["row"])) for wall, row in own.items()}
-    experiment = _buchner(table.results(rows[0]["row"]))
+    experiment = buchner(table.results(rows[0]["row"]))
     there = arrival(*experiment)
     mean = plateau_of(*experiment, there)
     arrivals = {wall: arrival(*record) for wall, record in records.items()}
@@ -210,12 +209,6 @@ def _impacts(lines, folder, dx, records, arrivals):
     panels[1].get_legend().remove()
     caption = f"Fig. 7: pressure at the gauge P1 on the right wall, dx = {dx} m; below, from the arrival of each on"
     figure(lines, folder, "fig-7", caption, drawing)
-
-
-def _buchner(run):
-    """Return the measured record as (t [s], p / (rho g H)), for the depth of `run`."""
-    record = measured("buchner_p1")
-    return record["t_star"] * math.sqrt(run.depth / run.scene["domain"]["gravity"]), record["p_star"]
 
 
 # --- cost -----------------------------------------------------------------------------------------------------------------
