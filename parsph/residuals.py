@@ -116,9 +116,18 @@ class WallPieces:
 
     def __init__(self, scene, time=0.0):
         markers = markers_of(load_scene(_keys(scene), {"walls.treatment": "deficiency"}))
-        markers.move(time)
+        self._markers = markers
         self.position, self.normal = markers.position, markers.normal
+        self._stand(time)
+
+    def _stand(self, time):
+        self._markers.move(time)
         self._tree = cKDTree(self.position)
+
+    def move(self, time):
+        """Put them where they are at `time` [s]."""
+        if self._markers.moving:
+            self._stand(time)
 
     def _nearest(self, points):
         return self._tree.query(points)[1]

@@ -48,7 +48,7 @@ def penetrations(results, references):
     exchanged = results.summary.get("walls", {}).get("exchanged")
     if exchanged is not None:
         return float(sum(exchanged.values()))
-    return float(max(behind(results, number) for number in range(len(results.snapshots))))
+    return float(behind(results, range(len(results.snapshots))))
 
 
 @metric("lowest-row", "dx")

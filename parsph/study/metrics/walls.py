@@ -63,8 +63,12 @@ def leaks(results, references):
     return float(behind(results))
 
 
-def behind(results, number=-1):
-    """Return how many particles of a snapshot are behind a wall."""
-    shot, dim = results.snapshot(number), len(results.scene["domain"]["size"])
-    distance = WallPieces(results.scene, shot["time"]).distances(shot["position"][:, :dim])
-    return int((distance < -ROUNDING * results.scene["numerics"]["dx"]).sum())
+def behind(results, numbers=(-1,)):
+    """Return the largest number of particles behind a wall in any of these snapshots."""
+    pieces, dim = WallPieces(results.scene), len(results.scene["domain"]["size"])
+    limit, found = -ROUNDING * results.scene["numerics"]["dx"], 0
+    for number in numbers:
+        shot = results.snapshot(number)
+        pieces.move(shot["time"])
+        found = max(found, int((pieces.distances(shot["position"][:, :dim]) < limit).sum()))
+    return found
