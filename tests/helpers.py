@@ -17,6 +17,8 @@ from parsph.particles import FIRST_GHOST, Layout, Particles
 from parsph.states import State
 
 ROOT = Path(__file__).parent.parent
+# Loops are compiled for each kernel anew: three shapes of formula and of support stand for all, whose formulas have tests.
+SOME_KERNELS = ("wendland-c2", "gaussian", "quintic-spline")
 MPIRUN = Path(sys.executable).parent / "mpirun"
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers import parsph, settings
+from helpers import SOME_KERNELS, parsph, settings
 
 from parsph.errors import SceneFaults
 from parsph.kernels import KERNELS
@@ -110,7 +110,7 @@ def corrected(scene):
     return simulation, simulation.field("position"), before, p.acceleration[p.fluid].copy()
 
 
-@every_kernel
+@pytest.mark.parametrize("kernel", [KERNELS[name] for name in SOME_KERNELS], ids=SOME_KERNELS)
 def test_sums_over_markers_are_what_the_kernel_lacks_behind_the_walls(kernel):
     """S_i is the integral of W n along the wall and gamma_i that of W over the tank, beside walls and in corners."""
     simulation, x, _, _ = corrected(

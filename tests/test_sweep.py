@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers import domain_of, grid_around, jittered_lattice, tank, water
+from helpers import SOME_KERNELS, domain_of, grid_around, jittered_lattice, tank, water
 
 from parsph.kernels import KERNELS
 from parsph.particles import Layout
@@ -129,7 +129,7 @@ def assert_same_rates(found, expected, tolerance):
 @pytest.mark.parametrize("dim", CELLS)
 @pytest.mark.parametrize(
     ("kernel", "terms"),
-    [("wendland-c2", name) for name in COMBINATIONS] + [(name, "all") for name in KERNELS if name != "wendland-c2"],
+    [("wendland-c2", name) for name in COMBINATIONS] + [(name, "all") for name in SOME_KERNELS if name != "wendland-c2"],
 )
 def test_sweep_equals_the_sum_over_all_pairs(dim, kernel, terms):
     fields, sweep = case(dim, kernel, terms)
@@ -183,7 +183,7 @@ def test_h_does_not_grow_where_water_does_not_thin(terms):
 
 
 @pytest.mark.parametrize("dim", CELLS)
-@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("kernel", SOME_KERNELS)
 def test_sweep_in_single_precision_equals_the_sum_over_all_pairs(dim, kernel):
     """Pairs in float32 with coordinates relative to the cell: good to 1e-4 of the largest rate."""
     fields, sweep = case(dim, kernel, "all", single=True)
