@@ -192,7 +192,7 @@ class DensityFilter:
     ----------
     sweep : Sweep
         Whose kernel it shares.
-    law : Term
+    law : Formula
     every : int
         Steps between two.
     """

@@ -13,7 +13,7 @@ PACKAGE = Path(parsph.__file__).parent
 ROWS = """
 errors
 jit parallel schedule timing
-linear
+formula linear
 particles
 kernels states waves
 analysis measured viz

@@ -7,6 +7,7 @@ particle a share ``F = (1/r) dW/dr``, so ``grad_a W_ab = F r_ab`` with ``r_ab = 
 
 from dataclasses import dataclass
 
+from ..formula import NONE, Formula
 from .correction import CORRECTIONS
 from .density import DENSITIES, SMOOTHED_CONTINUITY
 from .diffusion import DIFFUSIONS
@@ -15,7 +16,6 @@ from .momentum import MOMENTUM
 from .shifting import SHIFTINGS
 from .spray import SPRAYS
 from .tensile import TENSILE_CONTROLS
-from .term import NONE, Term
 from .viscosity import VISCOSITIES
 from .xsph import XSPH
 
@@ -26,17 +26,17 @@ class Terms:
 
     Attributes
     ----------
-    density, viscosity, diffusion, smoothing, tensile, shifting, spray, correction : Term
+    density, viscosity, diffusion, smoothing, tensile, shifting, spray, correction : Formula
     """
 
-    density: Term = DENSITIES["continuity"]
-    viscosity: Term = NONE
-    diffusion: Term = NONE
-    smoothing: Term = NONE
-    tensile: Term = NONE
-    shifting: Term = NONE
-    spray: Term = NONE
-    correction: Term = NONE
+    density: Formula = DENSITIES["continuity"]
+    viscosity: Formula = NONE
+    diffusion: Formula = NONE
+    smoothing: Formula = NONE
+    tensile: Formula = NONE
+    shifting: Formula = NONE
+    spray: Formula = NONE
+    correction: Formula = NONE
 
     @property
     def families(self):
@@ -77,6 +77,5 @@ __all__ = [
     "TENSILE_CONTROLS",
     "VISCOSITIES",
     "XSPH",
-    "Term",
     "Terms",
 ]

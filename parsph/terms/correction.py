@@ -13,15 +13,15 @@ matrix inside the fluid, and 1/trace(C) is a share of a full neighbourhood that 
 
 import numpy as np
 
+from ..formula import NONE, Formula
 from ..jit import jit
 from ..linear import invert_symmetric
-from .term import NONE, Term
 
 LINEAR = 1
 
 CORRECTIONS = {
     "none": NONE,
-    "linear": Term(
+    "linear": Formula(
         "linear",
         LINEAR,
         "force and continuity with (beta_0 + beta . r_ba) W_ab for grad_a W_ab, smoothing and summation with "

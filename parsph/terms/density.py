@@ -1,18 +1,18 @@
 """How the density follows the flow: integrated, or summed."""
 
+from ..formula import Formula
 from ..jit import jit
-from .term import Term
 
 CONTINUITY, SUMMATION, SMOOTHED = 1, 2, 3
 
 DENSITIES = {
-    "continuity": Term(
+    "continuity": Formula(
         "continuity",
         CONTINUITY,
         "drho_a/dt = sum_b m_b v_ab . grad_a W_ab",
         "Szmidt (2013) eqs. (13), (34); Molteni et al. eq. (1.5)",
     ),
-    "summation": Term(
+    "summation": Formula(
         "summation",
         SUMMATION,
         "rho_a = sum_b m_b W_ab",
@@ -22,7 +22,7 @@ DENSITIES = {
 
 # The sum of the smoothed velocity is complete only after the sweep, so continuity has that of the evaluation before: a lag of
 # one evaluation, an error of first order in the time step in a correction that is of second order in h.
-SMOOTHED_CONTINUITY = Term(
+SMOOTHED_CONTINUITY = Formula(
     "smoothed continuity",
     SMOOTHED,
     "drho_a/dt = sum_b m_b G_ab . grad_a W_ab with the smoothed velocity G, v and the smoothing of the evaluation before",

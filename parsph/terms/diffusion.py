@@ -14,8 +14,8 @@ All forms add ``delta h c0 sum_b psi_ab . grad_a W_ab V_b`` with ``psi_ab = 2 (s
   ghosts then have no gradient, as the even field at a wall. Isolated particles, det L^-1 < 0.3, have none either.
 """
 
+from ..formula import NONE, Formula
 from ..jit import jit, like
-from .term import NONE, Term
 
 MOLTENI, FOURTAKAS, ANTUONO = 1, 2, 3
 
@@ -23,19 +23,19 @@ LEAST_DETERMINANT = 0.3  # of L^-1, which is the unit matrix inside the fluid an
 
 DIFFUSIONS = {
     "none": NONE,
-    "molteni": Term(
+    "molteni": Formula(
         "molteni",
         MOLTENI,
         "drho_a/dt += 2 delta h c0 sum_b (rho_a - rho_b) F_ab m_b/rho_b",
         "Molteni & Colagrossi (2009), Comput. Phys. Commun. 180, 861",
     ),
-    "fourtakas": Term(
+    "fourtakas": Formula(
         "fourtakas",
         FOURTAKAS,
         "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b) F_ab m_b/rho_b with s = rho0/c0^2 (enthalpy - g . x)",
         "Fourtakas et al. (2019), Comput. Fluids 190, 346, with the enthalpy for their hydrostatic density",
     ),
-    "antuono": Term(
+    "antuono": Formula(
         "antuono",
         ANTUONO,
         "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b - (grad s_a + grad s_b)/2 . r_ab) F_ab m_b/rho_b, renormalised gradients",

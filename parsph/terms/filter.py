@@ -1,23 +1,23 @@
 """Density re-initialisation: what the density of a particle is when it is summed over its neighbours anew."""
 
+from ..formula import NONE, Formula
 from ..jit import jit
 from ..linear import solve_symmetric
-from .term import NONE, Term
 
 PLAIN, SHEPARD, MLS = 1, 2, 3
 
 FILTERS = {
     "none": NONE,
-    "plain": Term(
+    "plain": Formula(
         "plain", PLAIN, "rho_a = sum_b m_b W_ab", "Szmidt (2013) eq. (37), Monaghan (1992); falls off at a free surface"
     ),
-    "shepard": Term(
+    "shepard": Formula(
         "shepard",
         SHEPARD,
         "rho_a = sum_b m_b W_ab / sum_b V_b W_ab",
         "zeroth order; Bonet & Lok (1999), Comput. Methods Appl. Mech. Eng. 180, 97",
     ),
-    "mls": Term(
+    "mls": Formula(
         "mls",
         MLS,
         "rho_a = sum_b m_b W_ab beta . (1, r_ba), with beta so that linear densities stay",

@@ -1,9 +1,9 @@
 """Pressure in the momentum equation."""
 
+from ..formula import Formula
 from ..jit import jit
-from .term import Term
 
-MOMENTUM = Term(
+MOMENTUM = Formula(
     "momentum",
     1,
     "dv_a/dt = -sum_b m_b (p_a/rho_a^2 + p_b/rho_b^2) grad_a W_ab + g",

@@ -3,8 +3,8 @@
 The surface is known by ``div r = -sum_b V_b r_ab . grad_a W_ab``, the dimension inside the fluid and less at a surface.
 """
 
+from ..formula import NONE, Formula
 from ..jit import jit
-from .term import NONE, Term
 
 LIND = 1
 SURFACE = (0.75, 0.75, 2.75 / 3)  # div r over the dimension, in 1, 2, 3 dimensions, below which a particle is at the surface
@@ -12,7 +12,7 @@ LARGEST_SHIFT = 0.5  # of the particle's own speed
 
 SHIFTINGS = {
     "none": NONE,
-    "lind": Term(
+    "lind": Formula(
         "lind",
         LIND,
         "dx_a/dt = v_a - shift h |v_a| grad C_a inside the fluid, grad C_a = sum_b m_b/rho_b grad_a W_ab; at most |v_a|/2",

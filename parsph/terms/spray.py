@@ -1,14 +1,14 @@
 """Spray: what particles with hardly any neighbours do."""
 
+from ..formula import NONE, Formula
 from ..jit import jit
-from .term import NONE, Term
 
 PRESSURELESS = 1
 FEW = 0.5  # of the dimension: div r of particles with fewer neighbours than those at a flat surface (about 0.7)
 
 SPRAYS = {
     "none": NONE,
-    "pressureless": Term(
+    "pressureless": Formula(
         "pressureless",
         PRESSURELESS,
         "drho_a/dt -= max(0, 1 - div r / (dim/2)) c0/h (rho_a - rho0), div r = -sum_b V_b r_ab . grad_a W_ab",

@@ -1,13 +1,13 @@
 """Control of the tensile instability: particles under suction repel instead of clumping."""
 
+from ..formula import NONE, Formula
 from ..jit import jit
-from .term import NONE, Term
 
 SUN = 1
 
 TENSILE_CONTROLS = {
     "none": NONE,
-    "sun": Term(
+    "sun": Formula(
         "sun",
         SUN,
         "dv_a/dt: |p_a| in place of p_a, as far as particle a lies inside the fluid",

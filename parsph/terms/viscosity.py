@@ -18,8 +18,8 @@ Newtonian viscosity is the stress of the strain rates of both particles of a pai
   dt = 0.125 h^2/nu: it is stable up to 1/dt.
 """
 
+from ..formula import NONE, Formula
 from ..jit import jit, like
-from .term import NONE, Term
 
 MONAGHAN, NEWTONIAN = 1, 2
 
@@ -27,14 +27,14 @@ UNSEEN = 0.25  # of nu, for what strain rates do not see
 
 VISCOSITIES = {
     "none": NONE,
-    "monaghan": Term(
+    "monaghan": Formula(
         "monaghan",
         MONAGHAN,
         "Pi_ab = -alpha h c0 (v_ab . r_ab) / (r_ab^2 + 0.01 h^2) / rho_ab, approaching pairs only; 1/rho_ab is the mean "
         "of 1/rho_a and 1/rho_b; equivalent to nu = alpha h c0 / (2 (dim + 2))",
         "Monaghan (1992); Monaghan (2005) eq. (8.6)",
     ),
-    "newtonian": Term(
+    "newtonian": Formula(
         "newtonian",
         NEWTONIAN,
         "dv_a/dt += sum_b m_b (mu eps_a/rho_a^2 + mu eps_b/rho_b^2) . grad_a W_ab, eps = grad v + (grad v)^T - 2/3 div v, "

@@ -1,9 +1,9 @@
 """Velocity smoothing: particles move with a velocity nearer to that of their neighbours."""
 
+from ..formula import Formula
 from ..jit import jit, like
-from .term import Term
 
-XSPH = Term(
+XSPH = Formula(
     "xsph",
     1,
     "dx_a/dt = v_a + epsilon sum_b m_b/rho_ab (v_b - v_a) W_ab; 1/rho_ab is the mean of 1/rho_a and 1/rho_b",

@@ -20,10 +20,9 @@ Near particles count with ``(1 - r^2/R_s^2)^2``, which fades out smoothly at R_s
 pulled off a wall is not held back.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from ..formula import Formula
 from ..jit import jit
 
 JONES2010, MOMENTS = 1, 2
@@ -32,35 +31,16 @@ LEAST_FILLED = 0.1  # gamma is 1/4 in a right-angled corner
 NEAREST = 1e-3  # of the markers' spacing: nearer particles count as being so far away
 
 
-@dataclass(frozen=True)
-class Weights:
-    """How a correction is shared among markers.
-
-    Attributes
-    ----------
-    name : str
-    code : int
-        What the compiled code knows it by; 0 is no correction.
-    equation, source : str
-        For `parsph plan`.
-    """
-
-    name: str
-    code: int
-    equation: str
-    source: str
-
-
 WEIGHTS = {
     each.name: each
     for each in (
-        Weights(
+        Formula(
             "moments",
             MOMENTS,
             "dv_i/dt -= sum_j C_j W_ij s_j n_j / gamma_i, C_j from a_i = C_j sum_k W_ik s_k n_k / gamma_i beside marker j",
             "Jones et al. (2010) eq. (7), with weights from the moments of Szmidt (2013) eq. (24)",
         ),
-        Weights(
+        Formula(
             "jones2010",
             JONES2010,
             "dv_i/dt -= sum_j C_j W_ij weight_ij n_j, C_j the mean of a_i . n_j/W_ij beside marker j",

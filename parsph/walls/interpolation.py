@@ -16,12 +16,12 @@ Where there are too few neighbours or their places do not determine the polynomi
 normalised. Where there is no neighbour: the free-surface value, p = 0.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from ..columns import FAR, candidates, cells_per_column, strip_offset
+from ..formula import Formula
 from ..jit import jit
 from ..kernels import kernel_value
 from ..linear import solve_symmetric
@@ -36,41 +36,20 @@ NEAREST = 1e-3  # of R: nearer particles weigh no more in 1/r^2
 WELL_CONDITIONED_SFDI, WELL_CONDITIONED_MLS1, WELL_CONDITIONED_MLS2 = 1e-2, 1e-2, 1e-4  # see `solve_symmetric`
 
 
-@dataclass(frozen=True)
-class Interpolator:
-    """An interpolator.
-
-    Attributes
-    ----------
-    name : str
-    code : int
-        What the compiled code knows it by.
-    equation, source : str
-        For `parsph plan`.
-    """
-
-    name: str
-    code: int
-    equation: str
-    source: str
-
-
 INTERPOLATORS = {
     each.name: each
     for each in (
-        Interpolator(
+        Formula(
             "hydrostatic",
             HYDROSTATIC,
             "sum V W (p_b + rho0 g . (x - x_b)) / sum V W",
             "normalised, the hydrostatic difference compensated",
         ),
-        Interpolator("mls1", MLS1, "linear moving least squares, weight V W", "Huang et al. (2019) section 3.1"),
-        Interpolator("mls2", MLS2, "quadratic moving least squares, weight V W", "Huang et al. (2019) section 3.1"),
-        Interpolator(
-            "sfdi", SFDI, "f_J + grad f . (x - x_J), weight W/r^2", "Ma (2008), CMES 23, 75; Huang et al. section 3.2"
-        ),
-        Interpolator("shepard", SHEPARD, "sum w f / sum w, w = (1 - r/R)^4 / r^2", "Huang et al. (2019) section 3.4"),
-        Interpolator("normalised", NORMALISED, "sum V W f / sum V W", "Huang et al. (2019) section 3.3"),
+        Formula("mls1", MLS1, "linear moving least squares, weight V W", "Huang et al. (2019) section 3.1"),
+        Formula("mls2", MLS2, "quadratic moving least squares, weight V W", "Huang et al. (2019) section 3.1"),
+        Formula("sfdi", SFDI, "f_J + grad f . (x - x_J), weight W/r^2", "Ma (2008), CMES 23, 75; Huang et al. section 3.2"),
+        Formula("shepard", SHEPARD, "sum w f / sum w, w = (1 - r/R)^4 / r^2", "Huang et al. (2019) section 3.4"),
+        Formula("normalised", NORMALISED, "sum V W f / sum V W", "Huang et al. (2019) section 3.3"),
     )
 }
 

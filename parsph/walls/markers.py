@@ -192,9 +192,9 @@ class Markers:
     Parameters
     ----------
     lines : list of Line
-    weights : Weights or None
+    weights : Formula or None
         Of the correction of the boundary deficiency; None: no correction.
-    repulsion : Repulsion
+    repulsion : Formula
     kernel : Kernel
     h, dx : float
         Smoothing length and particle spacing [m].

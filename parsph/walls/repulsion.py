@@ -4,44 +4,24 @@ A marker at r_j pushes a particle at r_i along ``r_ij = r_i - r_j`` with the acc
 many times closer than particles (beta), so a particle that slides along a wall feels no bumps.
 """
 
-from dataclasses import dataclass
-
+from ..formula import NONE, Formula
 from ..jit import jit
 
 MONAGHAN_KAJTAR, LENNARD_JONES = 1, 2
 CLOSEST = 0.01  # of the spacing of the markers: nearer to the pole of the force it grows no more
 
 
-@dataclass(frozen=True)
-class Repulsion:
-    """A law of repulsion.
-
-    Attributes
-    ----------
-    name : str
-    code : int
-        What the compiled code knows it by; 0 is none.
-    equation, source : str
-        For `parsph plan`.
-    """
-
-    name: str
-    code: int
-    equation: str = ""
-    source: str = ""
-
-
 REPULSIONS = {
     each.name: each
     for each in (
-        Repulsion("none", 0),
-        Repulsion(
+        NONE,
+        Formula(
             "monaghan-kajtar",
             MONAGHAN_KAJTAR,
             "f = K/beta^(dim-1) Phi(2r/R) / (r - d), Phi(q) = 1.77/32 (1 + 5q/2 + 2q^2)(2 - q)^5, d the markers' spacing",
             "Monaghan & Kajtar (2009), Comput. Phys. Commun. 180, 1811",
         ),
-        Repulsion(
+        Formula(
             "lennard-jones",
             LENNARD_JONES,
             "f = K/beta^(dim-1) ((R/r)^4 - (R/r)^2) / r for r < R",

@@ -1,11 +1,11 @@
-"""What a term says of itself."""
+"""What a named formula says of itself: a term of the equations, an interpolator, a law of walls."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Term:
-    """A term of the equations of motion.
+class Formula:
+    """A formula that a scene can name.
 
     Attributes
     ----------
@@ -23,4 +23,4 @@ class Term:
     source: str = ""
 
 
-NONE = Term("none", 0)
+NONE = Formula("none", 0)
