@@ -126,8 +126,11 @@ def compiled_strengths(dim, kernel, weights):
 def compiled_push(dim, kernel, weights, law):
     """Return the pass that adds what markers do to the accelerations of the fluid; numbers at run time."""
 
-    def push(rows, tags, starts, table, markers, wall, numbers, gravity, sums, strength, acceleration, density_rate):
-        """Add correction (`weights` not 0) and repulsion (`law` not 0) for the fluid in those cells of `table` in range."""
+    def push(rows, tags, starts, table, markers, wall, numbers, gravity, sums, strength, acceleration, density_rate, summed):
+        """Add correction (`weights` not 0) and repulsion (`law` not 0) for the fluid in the cells of `table`.
+
+        Where densities are `summed`, `density_rate` holds them, and lacks no more than its share of the kernel.
+        """
         cells, first, marker_of = table
         position, normal, size = markers
         h, norm, reach, strength_of_repulsion, reach_of_repulsion, spacing = numbers
@@ -155,8 +158,11 @@ def compiled_push(dim, kernel, weights, law):
                             share = jones_weight(r, into / r, size[j], reach) / sums[i, 0] if sums[i, 0] > 0.0 else 0.0
                         else:
                             share = size[j] / sums[i, dim]
+                            into = 0.0
                             for d in range(dim):
-                                density_rate[i] -= rows[i, 2 * dim] * W * share * normal[j, d] * (rows[i, dim + d] - wall[j, d])
+                                into += normal[j, d] * (rows[i, dim + d] - wall[j, d])
+                            if not summed:
+                                density_rate[i] -= rows[i, 2 * dim] * W * share * into
                         for d in range(dim):
                             acceleration[i, d] -= strength[j, 0] * W * share * normal[j, d]
                     if law != 0:
@@ -331,4 +337,5 @@ class Markers:
             self.strength,
             p.acceleration,
             p.density_rate,
+            p.summed,
         )
