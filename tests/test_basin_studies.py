@@ -158,7 +158,7 @@ def test_markers_are_part_of_what_walls_cost(tmp_path):
     [
         ("seiche", True, 27),
         ("seiche", False, 55),
-        ("deficiency", True, 29),
+        ("deficiency", True, 28),
         ("deficiency", False, 29),
         ("wall-treatments", True, 38),
         ("wall-treatments", False, 86),

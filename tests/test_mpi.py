@@ -19,8 +19,9 @@ LONG = settings(**POOL, time__end=0.3, output__snapshots__every=0.1)
 BRIEF = settings(**POOL, time__end=0.04, output__snapshots__every=0.02)
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 3])
+@pytest.mark.parametrize("ranks", [2, 3])
 def test_suite_on_ranks(ranks):
+    """On one rank they run among all other tests."""
     command = [MPIRUN, "-n", str(ranks), sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "tests/mpi"]
     result = subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, timeout=400, stdin=subprocess.DEVNULL, env=os.environ

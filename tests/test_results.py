@@ -260,7 +260,7 @@ def test_reflection_ratio_is_1_for_a_wall_and_0_for_no_end(humps):
 
 
 def test_every_metric_is_described():
-    assert list(METRICS) == [
+    named = {
         "reflection",
         "incident",
         "level-difference",
@@ -272,17 +272,27 @@ def test_every_metric_is_described():
         "probe-error-early",
         "probe-error-largest",
         "rest-energy",
+        "rest-speed",
         "energy-growth",
         "plateau",
+        "plateau-error",
+        "frequency-error",
+        "loss-per-period",
+        "velocity-error",
+        "penetrations",
+        "lowest-row",
+        "leaks",
         "wall-cost",
         "step-cost",
+        "work",
         "stopped",
         "fallbacks",
-    ]
+    }
+    assert METRICS.keys() == named
     for name, metric in METRICS.items():
         assert metric.name == name
         assert metric.description.endswith(".")
-        assert metric.unit in ("-", "m", "%", "µs")
+        assert metric.unit in ("", "-", "m", "%", "µs", "CPU s", "dx")
 
 
 # --- looked at --------------------------------------------------------------------------------------------------------------
