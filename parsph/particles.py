@@ -28,6 +28,8 @@ class Field:
         Whether snapshots hold it.
     needed_by : str
         The feature of a scene that needs it, an integrator or a term; empty when every scene does.
+    found_in : str
+        The array of `Particles` that it is carried over from at the end of an evaluation; empty when it is not.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Field:
     part: str = "shared"
     snapshot: bool = False
     needed_by: str = ""
+    found_in: str = ""
 
 
 # Compiled code relies on the order of the first five, and that what is carried from one evaluation to the next comes after.
@@ -46,8 +49,17 @@ FIELDS = (
     Field("density", 0, "kg/m^3", "density", snapshot=True),
     Field("pressure", 0, "Pa", "pressure from the equation of state", snapshot=True),
     Field("mass", 0, "kg", "mass, per metre of width in 2D and per square metre of cross-section in 1D", snapshot=True),
-    Field("strain_rate", 2, "1/s", "grad v + (grad v)^T at the evaluation before", needed_by="newtonian"),
-    Field("smoothing", 1, "m/s", "smoothed velocity less the own, at the evaluation before", needed_by="xsph_continuity"),
+    Field(
+        "strain_rate", 2, "1/s", "grad v + (grad v)^T at the evaluation before", needed_by="newtonian", found_in="strain_rate"
+    ),
+    Field(
+        "smoothing",
+        1,
+        "m/s",
+        "smoothed velocity less the own, at the evaluation before",
+        needed_by="xsph_continuity",
+        found_in="drift",
+    ),
     Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private"),
     Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private"),
     Field("start_position", 1, "m", "position at the beginning of the step", "private", needed_by="midpoint"),
@@ -149,7 +161,7 @@ class Particles:
         self.density_rate = np.zeros(0)
         self.drift = np.zeros((0, layout.dim))
         self.gradient = np.zeros((0, layout.dim))
-        self._carried = [field for field in layout.fields if field.name in ("strain_rate", "smoothing")]
+        self._carried = [field for field in layout.fields if field.found_in]
         strains = layout.dim * (layout.dim + 1) // 2
         self.strain_rate = np.zeros((int(layout.place("strain_rate") > 0), strains))
         self.correction = np.zeros((0, 0))
@@ -208,7 +220,7 @@ class Particles:
     def carry(self):
         """Put what the evaluation that ends found into the owned rows, where the next one looks for it."""
         for field in self._carried:
-            found = self.strain_rate if field.name == "strain_rate" else self.drift
+            found = getattr(self, field.found_in)
             self.shared[self.first : self.last, self.layout.columns(field.name)[1]] = found[self.first : self.last]
 
     @property

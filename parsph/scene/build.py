@@ -37,10 +37,8 @@ from ..walls import MirrorWall, PeriodicBorder
 from ..wavemakers import Palette
 from ..waves import Seiche, phase_speed, pulse
 from .load import scene_text
+from .schema import SIDES
 from .solids import boundaries_of, fillings_of, ghosts_of, markers_of
-
-# Side walls come first, so that the bed mirrors their images too: corners come of themselves.
-_SIDES = (("left", 0, 1), ("right", 0, -1), ("front", 1, 1), ("back", 1, -1), ("bottom", -1, 1), ("top", -1, -1))
 
 
 def build(scene, communicator=None, folder=None):
@@ -179,7 +177,7 @@ def walls_of(scene):
     """Return the mirror walls, side walls first."""
     walls, size = [], scene.domain.size
     law = "plain" if scene.walls.treatment == "mirror-plain" else "hydrostatic"
-    for bit, (side, axis, direction) in enumerate(_SIDES):
+    for bit, (side, (axis, direction)) in enumerate(SIDES.items()):
         wall = getattr(scene.walls, side)
         if wall is None or not scene.mirrors:
             continue
@@ -196,7 +194,7 @@ def borders_of(scene):
     """Return the periodic borders; their bits follow those of the sides."""
     axes, borders = {"up": scene.dim - 1}, []
     for name in scene.domain.periodic:
-        axis, first = axes[name], len(_SIDES) + 2 * len(borders)
+        axis, first = axes[name], len(SIDES) + 2 * len(borders)
         borders.append(PeriodicBorder(axis, 0.0, float(scene.domain.size[axis]), (1 << first, 1 << first + 1)))
     return borders
 
@@ -229,7 +227,7 @@ def gauges_of(scene, folder):
     gauges, size = [], scene.domain.size
     open_low, open_high = (-math.inf,) * scene.dim, (math.inf,) * scene.dim
     low, high = list(open_low), list(open_high)
-    for side, axis, direction in _SIDES:
+    for side, (axis, direction) in SIDES.items():
         if getattr(scene.walls, side) is not None and not (side == "left" and scene.wavemaker):
             (low if direction > 0 else high)[axis] = 0.0 if direction > 0 else size[axis]
     for number, gauge in enumerate(scene.gauges):
@@ -265,7 +263,7 @@ def _surface(scene, name):
             if number in boundary.outlines:
                 return *boundary.elements(number), motion
     size = scene.domain.size
-    axis, direction = next((axis % 2, direction) for side, axis, direction in _SIDES if side == name)
+    axis, direction = SIDES[name][0] % 2, SIDES[name][1]
     across = 1 - axis
     count = max(1, round(size[across] / scene.numerics.dx))
     points, normals = np.zeros((count, 2)), np.zeros((count, 2))

@@ -8,11 +8,11 @@ from ..errors import SceneError, did_you_mean
 from ..io.tables import table_name
 from ..stepping import INTEGRATORS, VISCOUS_LIMIT, time_step_limit
 from ..walls import REPULSIONS, TREATMENTS
+from .schema import SIDES
 from .solids import fillings_of, polygon_faults, wall_faults
 
 _ONLY_SHALLOW = 'numerics.state = "shallow", or leave it out'
 STRIP_H_OVER_DX = 1.7
-AXES = {"left": 0, "right": 0, "front": 1, "back": 1, "bottom": -1, "top": -1}
 
 
 def faults_of(scene):
@@ -46,7 +46,7 @@ def _shapes(scene):
         if gauge.kind == "level" and ((scene.dim == 1 and not scene.shallow) or (gauge.y is None) != (scene.dim < 3)):
             cure = "give x and y in 3D, x alone in 2D; in 1D shallow water alone has a level"
             faults.append(SceneError("wrong number of coordinates", where=f"gauges.{number}", cure=cure))
-    for side, axis in AXES.items():
+    for side, (axis, _) in SIDES.items():
         missing = (axis == 1 and scene.dim < 3) or (axis == -1 and scene.dim < 2)
         if getattr(scene.walls, side) is not None and missing:
             faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}", cure="leave it out"))
@@ -240,7 +240,7 @@ def _terms(scene):
 def _sliding(scene):
     """Mirror walls that slide in their planes."""
     faults = []
-    for side, axis in AXES.items():
+    for side, (axis, _) in SIDES.items():
         wall, where = getattr(scene.walls, side), f"walls.{side}.velocity"
         if wall is None or wall.velocity is None:
             continue

@@ -25,7 +25,9 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 ELLIPSE_POINTS = 180
-SIDES = ("left", "right", "front", "back", "bottom", "top")
+# Sides of the domain: the axis across them, and the way into the domain along it. Side walls come first, so that the bed
+# mirrors their images too: corners come of themselves.
+SIDES = {"left": (0, 1), "right": (0, -1), "front": (1, 1), "back": (1, -1), "bottom": (-1, 1), "top": (-1, -1)}
 
 
 class Section(BaseModel):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..parallel import Communicator
-from ..residuals import largest, residual_accelerations, root_mean_square
+from ..residuals import WallPieces, largest, residual_accelerations, root_mean_square
 from ..scene.build import build
 from ..scene.load import load_scene
 from ..study.metrics import rms
@@ -119,8 +119,8 @@ def deficiency(quick):
         simulation = build(scene, Communicator())
         simulation.run()
         corrected = treatment == "deficiency"
-        outside = _outside(scene, simulation)
-        yield f"still water, {treatment}: particles lost", outside, "", 0.0 if corrected else None
+        lost = int((WallPieces(scene, simulation.time).distances(simulation.field("position")) < 0).sum())
+        yield f"still water, {treatment}: particles lost", lost, "", 0.0 if corrected else None
         energy = next(gauge.record() for gauge in simulation.observers if "kinetic energy [J]" in gauge.columns)
         kinetic = energy[:, 2] / energy[:, 3]
         third = len(kinetic) // 3
@@ -128,9 +128,3 @@ def deficiency(quick):
         yield f"still water, {treatment}: kinetic energy, last over first third", decay, "", 1.0 if corrected else None
         yield f"still water, {treatment}: kinetic over potential energy, largest", kinetic.max(), "", None
         yield f"still water, {treatment}: kinetic over potential energy at the end", kinetic[-third:].mean(), "", None
-
-
-def _outside(scene, simulation):
-    """Return how many particles are beyond the left, right or lower side of the domain."""
-    x = simulation.field("position")
-    return int(((x[:, 0] < 0) | (x[:, 0] > scene.domain.size[0]) | (x[:, 1] < 0)).sum())

@@ -33,6 +33,17 @@ from .shares import Part, Share
 SAMPLE = 1.5  # particle spacings: how far around a marker particles count for its strength
 
 
+@jit
+def from_marker(rows, i, position, normal, j, away):
+    """Write the way from marker `j` to row `i` to `away`, shape (dim,) [m]; return its square and its part along the normal."""
+    r2, along = 0.0, 0.0
+    for d in range(len(away)):
+        away[d] = rows[i, d] - position[j, d]
+        r2 += away[d] * away[d]
+        along += away[d] * normal[j, d]
+    return r2, along
+
+
 @lru_cache
 def compiled_sums(dim, kernel, weights):
     """Return the pass that sums over markers what strengths are measured by; numbers at run time."""
@@ -51,30 +62,25 @@ def compiled_sums(dim, kernel, weights):
                 nearest, least = -1, np.inf
                 if weights == JONES2010:
                     for m in range(first[k], first[k + 1]):
-                        r2 = 0.0
-                        for d in range(dim):
-                            r2 += (rows[i, d] - position[marker_of[m], d]) ** 2
+                        r2, _ = from_marker(rows, i, position, normal, marker_of[m], away)
                         if r2 < least:
                             nearest, least = marker_of[m], r2
                 for m in range(first[k], first[k + 1]):
-                    j, r2, into, alike = marker_of[m], 0.0, 0.0, 0.0
-                    for d in range(dim):
-                        away[d] = rows[i, d] - position[j, d]
-                        r2 += away[d] * away[d]
-                        into += away[d] * normal[j, d]
+                    j, alike = marker_of[m], 0.0
+                    r2, along = from_marker(rows, i, position, normal, j, away)
                     if r2 >= reach * reach:
                         continue
                     if weights == JONES2010:
                         r = max(np.sqrt(r2), NEAREST * size[j])
                         for d in range(dim):
                             alike += normal[nearest, d] * normal[j, d]
-                        sums[i, 0] += jones_weight(r, into / r, size[j], reach) * alike
+                        sums[i, 0] += jones_weight(r, along / r, size[j], reach) * alike
                     else:
                         W = norm * kernel_value(kernel, np.sqrt(r2) / h)
                         for d in range(dim):
                             sums[i, d] += W * size[j] * normal[j, d]
                         r = max(np.sqrt(r2), NEAREST * size[j])
-                        sums[i, dim] += norm * size[j] * into * outer_integral(tails, r / h) * (h / r) ** dim
+                        sums[i, dim] += norm * size[j] * along * outer_integral(tails, r / h) * (h / r) ** dim
                 if weights != JONES2010:
                     sums[i, dim] = max(1.0 - sums[i, dim], LEAST_FILLED)
 
@@ -144,18 +150,15 @@ def compiled_push(dim, kernel, weights, law):
                     for d in range(dim):
                         acceleration[i, d] = gravity[d] + (acceleration[i, d] - gravity[d]) / sums[i, dim]
                 for m in range(first[k], first[k + 1]):
-                    j, r2, into = marker_of[m], 0.0, 0.0
-                    for d in range(dim):
-                        away[d] = rows[i, d] - position[j, d]
-                        r2 += away[d] * away[d]
-                        into += away[d] * normal[j, d]
+                    j = marker_of[m]
+                    r2, along = from_marker(rows, i, position, normal, j, away)
                     if r2 >= reach * reach:
                         continue
                     r = max(np.sqrt(r2), NEAREST * spacing)
                     if weights != 0:
                         W = norm * kernel_value(kernel, r / h)
                         if weights == JONES2010:
-                            share = jones_weight(r, into / r, size[j], reach) / sums[i, 0] if sums[i, 0] > 0.0 else 0.0
+                            share = jones_weight(r, along / r, size[j], reach) / sums[i, 0] if sums[i, 0] > 0.0 else 0.0
                         else:
                             share = size[j] / sums[i, dim]
                             into = 0.0
