@@ -68,7 +68,7 @@ class Simulation:
         self._staged = gradients is not None or correction is not None or domain.ghosts is not None
         self.density_range = tuple(factor * state.rho0 for factor in density_range)
         self.communicator = domain.communicator
-        self.observers = []
+        self.observers, self.movers = [], []  # movers: what decides on the ways of walls, at the end of each step
         self.timers = Timers()
         self.time, self.steps, self.evaluations = 0.0, 0, 0
         self.imbalance, self.last_dt = 1.0, 0.0
@@ -152,8 +152,8 @@ class Simulation:
     # --- one step -------------------------------------------------------------------------------------------------
 
     def step(self, dt):
-        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, what polygon walls let nothing through, and what
-        crossed a border.
+        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, what polygon walls let nothing through, what
+        crossed a border, and the walls that the flow moves.
         """
         with self.timers("step passes"):
             self._extremes = self.integrator.step(self.particles, self.evaluate, self.time, dt)
@@ -165,6 +165,9 @@ class Simulation:
                 self.domain.stop_at_walls(self.time + dt)
         with self.timers("arrange"):
             self.domain.keep_inside(self.time + dt)
+        for mover in self.movers if self.time >= 0 else ():  # while the water settles all walls stand still
+            with self.timers("movers"):
+                mover.advance(self, self.time + dt)
         self.steps, self.last_dt = self.steps + 1, dt
 
     def filter_densities(self):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from .. import parallel
+from ..bodies import Absorber, MovableWall
 from ..columns import Grid
 from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
@@ -34,11 +35,11 @@ from ..terms import (
     Terms,
 )
 from ..walls import MirrorWall, PeriodicBorder
-from ..wavemakers import Palette
-from ..waves import Seiche, phase_speed, pulse
+from ..waves import Seiche, mean_shape, phase_speed, pulse
 from .load import scene_text
-from .schema import SIDES
-from .solids import boundaries_of, fillings_of, ghosts_of, markers_of
+from .movers import maker_of, place_of, relative_hinge
+from .schema import SIDES, SILL
+from .solids import boundaries_of, fillings_of, ghosts_of, markers_of, motions_of, still_force
 
 
 def build(scene, communicator=None, folder=None):
@@ -60,8 +61,10 @@ def build(scene, communicator=None, folder=None):
     """
     communicator = communicator or parallel.start()
     state = state_of(scene)
-    walls = walls_of(scene)
-    grid, box = grid_of(scene)
+    maker = maker_of(scene)
+    motions = motions_of(scene, maker)
+    walls = walls_of(scene, motions)
+    grid, box = grid_of(scene, motions)
     reach = scene.reach
     fillings = fillings_of(scene)
     cuts = _cuts(scene, fillings, communicator.size)
@@ -76,7 +79,7 @@ def build(scene, communicator=None, folder=None):
     if terms.correction is not NONE:
         particles.correction = np.zeros((len(particles.tags), Correction.width(scene.dim)))
     wetted = scene.domain.size[-1]
-    lines = *ghosts_of(scene, state), markers_of(scene)
+    lines = *ghosts_of(scene, state, motions), markers_of(scene, motions)
     domain = Domain(
         grid,
         particles,
@@ -125,7 +128,8 @@ def build(scene, communicator=None, folder=None):
         scene.time.settle,
         Correction(sweep) if terms.correction is not NONE else None,
     )
-    simulation.observers += gauges_of(scene, folder)
+    simulation.movers += movers_of(scene, maker, motions)
+    simulation.observers += gauges_of(scene, folder, motions, simulation.movers)
     if folder is not None and scene.snapshot_interval:
         snapshots = scene.output.snapshots
         moments = Moments(sweep) if snapshots.moments else None
@@ -147,8 +151,9 @@ def cuts_of(scene, ranks):
 
 
 def _cuts(scene, fillings, ranks):
-    grid, _ = grid_of(scene)
-    bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene)]
+    motions = motions_of(scene)
+    grid, _ = grid_of(scene, motions)
+    bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene, motions)]
     counts = sum(filling.column_counts(grid) for filling in fillings)
     return balanced_cuts(counts, ranks, *end_columns(grid, bands))
 
@@ -173,9 +178,10 @@ def terms_of(scene):
     )
 
 
-def walls_of(scene):
-    """Return the mirror walls, side walls first."""
-    walls, size = [], scene.domain.size
+def walls_of(scene, motions=None):
+    """Return the mirror walls, side walls first; `motions` are those of `motions_of`."""
+    motions = motions_of(scene) if motions is None else motions
+    walls, size, sill = [], scene.domain.size, scene.sill
     law = "plain" if scene.walls.treatment == "mirror-plain" else "hydrostatic"
     for bit, (side, (axis, direction)) in enumerate(SIDES.items()):
         wall = getattr(scene.walls, side)
@@ -184,10 +190,44 @@ def walls_of(scene):
         point, normal = [0.0] * scene.dim, [0.0] * scene.dim
         point[axis] = 0.0 if direction > 0 else size[axis]
         normal[axis] = float(direction)
-        motion = palette_of(scene) if side == "left" else None
-        velocity = tuple(wall.velocity or ())
-        walls.append(MirrorWall(side, tuple(point), tuple(normal), law, wall.slip, 1 << bit, motion, velocity))
+        rest = tuple(point), tuple(normal), law, wall.slip
+        velocity, span = tuple(wall.velocity or ()), (-math.inf, math.inf)
+        if side == "left" and sill is not None:  # periodic borders, whose bits follow, have no wavemaker beside them
+            walls.append(MirrorWall(SILL, *rest, 1 << len(SIDES), span=(-math.inf, sill)))
+            span = sill, math.inf
+        walls.append(MirrorWall(side, *rest, 1 << bit, motions.get(side), velocity, span))
     return walls
+
+
+def movers_of(scene, maker, motions):
+    """Return what decides on the ways of walls as the run goes on."""
+    movers, gravity, depth = [], scene.domain.gravity, scene.depth
+    unit = math.sqrt(depth / gravity) if gravity > 0 and depth > 0 else 0.0
+    for body in scene.bodies:
+        motion, surface = motions[body.wall], _surface(scene, body.wall, motions)[:3]
+        still = still_force(scene, surface, motion.direction)
+        preload = still if body.preload is None else body.preload
+        numbers = body.mass, body.stiffness, body.damping, body.friction, (body.threshold - 1.0) * abs(still), preload
+        movers.append(MovableWall(body.wall, motion.signal, motion, surface, *numbers, body.start))
+    if maker and maker.added:
+        keys, hinge = scene.wavemaker.absorption, relative_hinge(scene)
+        movers.append(
+            Absorber(
+                maker.added,
+                maker.motion,
+                maker.expected,
+                place_of(scene),
+                keys.distance or scene.reach,
+                scene.level,
+                depth,
+                gravity,
+                mean_shape(hinge),
+                keys.filter or 0.05 * unit,
+                keys.centering or 20.0 * unit,
+                keys.acceleration or 0.5 * gravity,
+            )
+        )
+    return movers
 
 
 def borders_of(scene):
@@ -199,36 +239,30 @@ def borders_of(scene):
     return borders
 
 
-def palette_of(scene):
-    """Return the wavemaker, or None."""
-    maker = scene.wavemaker
-    if maker is None:
-        return None
-    hinge = (0.0,) * scene.dim
-    return Palette(hinge, math.radians(maker.amplitude), maker.period, maker.ramp, maker.motion == "single")
-
-
-def grid_of(scene):
+def grid_of(scene, motions):
     """Return the grid and the box, (low, high) [m], that no particle may leave.
 
     Ghosts and markers stop the fluid by forces: a particle that hits them hard may be a little beyond before it comes back.
     """
-    palette = palette_of(scene)
     margin = scene.numerics.dx if scene.lines or not scene.mirrors else 0.0
-    low = [-margin] * scene.dim
-    if palette:
-        low[0] -= palette.reach(scene.domain.size[-1])
-    box = tuple(low), tuple(extent + margin for extent in map(float, scene.domain.size))
+    low, high = [-margin] * scene.dim, [extent + margin for extent in map(float, scene.domain.size)]
+    for side in scene.moved_sides:
+        least, largest = motions[side].reach(scene.domain.size[-1])
+        if side == "left":
+            low[0] += min(least, 0.0)
+        else:
+            high[0] += max(largest, 0.0)
+    box = tuple(low), tuple(high)
     return Grid.around(*box, scene.reach), box
 
 
-def gauges_of(scene, folder):
+def gauges_of(scene, folder, motions, movers):
     """Return the gauges, with their tables in `folder`."""
     gauges, size = [], scene.domain.size
     open_low, open_high = (-math.inf,) * scene.dim, (math.inf,) * scene.dim
     low, high = list(open_low), list(open_high)
     for side, (axis, direction) in SIDES.items():
-        if getattr(scene.walls, side) is not None and not (side == "left" and scene.wavemaker):
+        if getattr(scene.walls, side) is not None and side not in scene.moved_sides:
             (low if direction > 0 else high)[axis] = 0.0 if direction > 0 else size[axis]
     for number, gauge in enumerate(scene.gauges):
         head = table_name(gauge.name, gauge.kind, number), gauge.every
@@ -240,7 +274,10 @@ def gauges_of(scene, folder):
         elif gauge.kind == "pressure":
             gauges.append(PressureGauge(*head, _along(gauge, 0.5 * scene.numerics.dx), folder))
         elif gauge.kind == "force":
-            gauges.append(ForceGauge(*head, *_surface(scene, gauge.wall), gauge.about, folder))
+            gauges.append(ForceGauge(*head, *_surface(scene, gauge.wall, motions), gauge.about, folder))
+        elif gauge.kind == "body":
+            body = next(mover for mover in movers if isinstance(mover, MovableWall) and mover.name == gauge.wall)
+            gauges.append(BodyGauge(*head, body, folder))
         else:
             gauges.append(EnergyGauge(*head, gauge.low or open_low, gauge.high or open_high, folder))
     return gauges
@@ -255,11 +292,11 @@ def _along(gauge, spacing):
     return np.array(gauge.point) + ((np.arange(count) + 0.5) / count - 0.5)[:, None] * extent
 
 
-def _surface(scene, name):
+def _surface(scene, name, motions):
     """Return the surface of a wall in pieces: midpoints [m], normals into the fluid, lengths [m]; and what moves it or None."""
     if name in scene.wall_names:
         number = scene.wall_names.index(name)
-        for boundary, motion in boundaries_of(scene):
+        for boundary, motion in boundaries_of(scene, motions):
             if number in boundary.outlines:
                 return *boundary.elements(number), motion
     size = scene.domain.size
@@ -270,7 +307,7 @@ def _surface(scene, name):
     points[:, across] = (np.arange(count) + 0.5) * size[across] / count
     points[:, axis] = 0.0 if direction > 0 else size[axis]
     normals[:, axis] = direction
-    return points, normals, np.full(count, size[across] / count), None
+    return points, normals, np.full(count, size[across] / count), motions.get(name)
 
 
 def _zone(scene, zone):
@@ -302,8 +339,8 @@ def _density_factor(scene, zone):
     """
     if zone.density != "matched" or scene.shallow:
         return 0.0 if zone.density == "none" else 1.0
-    gravity, maker = scene.domain.gravity, scene.wavemaker
-    speed = phase_speed(maker.period, scene.depth, gravity) if maker else math.sqrt(gravity * scene.depth)
+    gravity, period = scene.domain.gravity, scene.wave_period
+    speed = phase_speed(period, scene.depth, gravity) if period else math.sqrt(gravity * scene.depth)
     return (scene.c0 / speed) ** 2
 
 

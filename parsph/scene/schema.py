@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from ..damping import KILLINGS, PROFILES, SWITCHES
 from ..kernels import KERNELS
@@ -17,23 +17,16 @@ from ..stepping import INTEGRATORS
 from ..terms import CORRECTIONS, DENSITIES, DIFFUSIONS, FILTERS, SHIFTINGS, SPRAYS, TENSILE_CONTROLS, VISCOSITIES
 from ..walls import INTERPOLATORS, REPULSIONS, TREATMENTS, WEIGHTS
 from ..walls.mirror import SLIPS
-
-Point = Annotated[list[float], Field(min_length=2, max_length=2)]
-Vector = Annotated[list[float], Field(min_length=1, max_length=3)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from ..waves import dispersion
+from .fields import NotNegative, Point, Positive, Section, Vector
+from .makers_schema import Body, Relaxation, Wavemaker
 
 
 ELLIPSE_POINTS = 180
 # Sides of the domain: the axis across them, and the way into the domain along it. Side walls come first, so that the bed
 # mirrors their images too: corners come of themselves.
+SILL = "left-sill"  # the wall below a flap that is hinged above the bed
 SIDES = {"left": (0, 1), "right": (0, -1), "front": (1, 1), "back": (1, -1), "bottom": (-1, 1), "top": (-1, -1)}
-
-
-class Section(BaseModel):
-    """Base of all sections: unknown keys are errors, numbers are finite."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
 
 
 class DomainSection(Section):
@@ -202,16 +195,6 @@ class WallsSection(Section):
     )
 
 
-class Wavemaker(Section):
-    """A flap in place of the left wall, hinged at the bed."""
-
-    kind: Literal["palette"] = Field("palette", description="flap hinged at the bed")
-    amplitude: Annotated[float, Field(gt=0, lt=45)] = Field(description="amplitude of the angle [degrees], below 45")
-    period: Positive = Field(description="period [s]")
-    motion: Literal["continuous", "single"] = Field("continuous", description="without end, or one oscillation")
-    ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
-
-
 class Damping(Section):
     """An absorbing layer along the left or right end of the domain."""
 
@@ -376,6 +359,8 @@ class Scene(Section):
     fluid: FluidSection
     walls: WallsSection = WallsSection()
     wavemaker: Wavemaker | None = None
+    relaxation: list[Relaxation] = []
+    bodies: list[Body] = []
     damping: list[Damping] = []
     gauges: list[GaugeSection] = []
     numerics: Numerics
@@ -407,6 +392,31 @@ class Scene(Section):
         return self.walls.treatment is None or TREATMENTS[self.walls.treatment].family == "mirror"
 
     @property
+    def sill(self):
+        """Height [m] up to which the left wall stands still below the hinge of a flap, None where there is no such sill."""
+        maker = self.wavemaker
+        at_side = maker is not None and maker.wall == "left" and maker.kind == "flap" and maker.hinge is not None
+        return maker.hinge if at_side and maker.hinge > self.level - self.depth else None
+
+    @property
+    def wave_period(self):
+        """Period [s] of what the wavemaker makes, the peak period of irregular waves; None where there is none."""
+        wave = self.wavemaker.wave if self.wavemaker else None
+        if wave is None:
+            return None
+        if wave.kind == "regular":
+            return dispersion(self.depth, self.domain.gravity, wave.period, wave.frequency, wave.wavelength).period
+        if getattr(wave, "spectrum", "") == "user":
+            return 1.0 / wave.frequencies[int(np.argmax(wave.densities))]
+        return getattr(wave, "period", None)
+
+    @property
+    def moved_sides(self):
+        """Names of the sides of the domain whose walls move, but within their planes."""
+        walls = [self.wavemaker.wall] * (self.wavemaker is not None) + [body.wall for body in self.bodies]
+        return [wall for wall in walls if wall in SIDES]
+
+    @property
     def treatment(self):
         """The `Treatment` of the walls that are lines."""
         return TREATMENTS["ghosts" if self.mirrors else self.walls.treatment]
@@ -427,7 +437,13 @@ class Scene(Section):
         corners["top"] = [(right, top), (0, top)]
         for side in self.sides:
             slip = getattr(self.walls, side).slip
-            lines.append(PolygonWall(name=side, points=[list(map(float, point)) for point in corners[side]], slip=slip))
+            points, sill = corners[side], self.sill if side == "left" else None
+            if sill:
+                parts = {side: [points[0], (0, sill)], SILL: [(0, sill), points[1]]}
+            else:
+                parts = {side: points}
+            for name, ends in parts.items():
+                lines.append(PolygonWall(name=name, points=[list(map(float, point)) for point in ends], slip=slip))
         return lines
 
     def line_key(self, number):

@@ -9,53 +9,92 @@ from ..walls import REPULSIONS, WEIGHTS, Barrier, FixedGhosts, Line, Lines, Mark
 from ..walls.mirror import SLIPS
 from ..wavemakers import Bulge, Swing
 from .lattice import Filling, Lattice
+from .movers import body_motions, maker_of
 from .schema import SIDES
 
 
-def motion_of(scene, number):
-    """Return what moves one of the walls that are lines, None when it stands still."""
-    wall = scene.lines[number]
-    if wall.bulge is not None:
-        from ..geometry import Outline
+def motions_of(scene, maker=None):
+    """Return {wall: motion} of all walls that move.
 
-        ends = [tuple(wall.points[k % len(wall.points)]) for k in (wall.bulge.edge, wall.bulge.edge + 1)]
-        edges = Outline("", tuple(map(tuple, wall.points)), wall.fluid).edges.tolist()
-        if [list(end) for end in ends] not in edges:  # the fluid is at the left of it the other way round
-            ends.reverse()
-        bulge, thickness = wall.bulge, scene.reach + scene.numerics.dx
-        return Bulge(*ends, bulge.amplitude, bulge.period, bulge.ramp, thickness)
-    if wall.motion is None:
-        return None
+    Parameters
+    ----------
+    scene : Scene
+    maker : Maker, optional
+        Whose motion the wavemaker's wall has; default: one of its own.
+    """
+    motions = {
+        name: _swing(wall) if wall.motion is not None else _bulge(scene, wall)
+        for name, wall in zip(scene.wall_names, scene.lines, strict=True)
+        if wall.motion is not None or wall.bulge is not None
+    }
+    maker = maker or maker_of(scene)
+    if maker:
+        motions[scene.wavemaker.wall] = maker.motion
+    return motions | body_motions(scene)
+
+
+def _swing(wall):
     motion = wall.motion
     center = tuple(motion.center or wall.points[0])
     return Swing(tuple(motion.way), math.radians(motion.angle), center, motion.period, motion.ramp)
 
 
-def outlines_of(scene):
-    """Return the `Outline` of each wall that is a line."""
+def _bulge(scene, wall):
+    from ..geometry import Outline
+
+    ends = [tuple(wall.points[k % len(wall.points)]) for k in (wall.bulge.edge, wall.bulge.edge + 1)]
+    edges = Outline("", tuple(map(tuple, wall.points)), wall.fluid).edges.tolist()
+    if [list(end) for end in ends] not in edges:  # the fluid is at the left of it the other way round
+        ends.reverse()
+    bulge, thickness = wall.bulge, scene.reach + scene.numerics.dx
+    return Bulge(*ends, bulge.amplitude, bulge.period, bulge.ramp, thickness)
+
+
+def outlines_of(scene, motions):
+    """Return the `Outline` of each wall that is a line; bed and lid go on where the walls at their ends go."""
     if not scene.lines:
         return []
     from ..geometry import Outline
 
-    names = zip(scene.wall_names, scene.lines, strict=True)
-    return [Outline(name, tuple(map(tuple, wall.points)), wall.fluid) for name, wall in names]
+    outlines, height = [], scene.domain.size[-1]
+    ways = [motions[side].reach(height) if side in scene.moved_sides else (0.0, 0.0) for side in ("left", "right")]
+    low, high = -min(ways[0][0], 0.0), max(ways[1][1], 0.0)
+    for name, wall in zip(scene.wall_names, scene.lines, strict=True):
+        points = np.array(wall.points, float)
+        if name in ("bottom", "top"):
+            points[:, 0] += np.where(points[:, 0] == 0.0, -low, high)
+        outlines.append(Outline(name, tuple(map(tuple, points.tolist())), wall.fluid))
+    return outlines
 
 
-def boundaries_of(scene):
+def boundaries_of(scene, motions=None):
     """Return pairs (`Boundary`, motion or None): the walls that stand still together, then each that moves."""
     if not scene.lines:
         return []
     from ..geometry import Boundary
 
-    outlines, motions = outlines_of(scene), [motion_of(scene, number) for number in range(len(scene.lines))]
-    groups = [{number: outlines[number] for number, motion in enumerate(motions) if motion is None}]
-    groups += [{number: outlines[number]} for number, motion in enumerate(motions) if motion is not None]
-    return [(Boundary(group, scene.numerics.dx, scene.reach), motions[min(group)]) for group in groups if group]
+    motions = motions_of(scene) if motions is None else motions
+    outlines, moving = outlines_of(scene, motions), [motions.get(name) for name in scene.wall_names]
+    groups = [{number: outlines[number] for number, motion in enumerate(moving) if motion is None}]
+    groups += [{number: outlines[number]} for number, motion in enumerate(moving) if motion is not None]
+    return [(Boundary(group, scene.numerics.dx, scene.reach), moving[min(group)]) for group in groups if group]
 
 
-def ghosts_of(scene, state):
+def still_force(scene, surface, direction):
+    """Return the force of still water on a wall, `surface` as midpoints, normals, lengths, along a direction [N/m]."""
+    points, normals, lengths = surface
+    weight = scene.fluid.rho0 * scene.domain.gravity
+    height = np.minimum(lengths * np.abs(normals[:, 0]), np.inf)
+    top = np.clip(scene.level - points[:, 1] + 0.5 * height, 0.0, None)  # under water, at the lower end of each piece
+    bottom = np.clip(scene.level - points[:, 1] - 0.5 * height, 0.0, None)
+    covered = np.divide(top - bottom, height, out=(top > 0).astype(float), where=height > 0)
+    push = -weight * 0.5 * (top + bottom) * covered * lengths
+    return float(push @ (normals @ np.array(direction)))
+
+
+def ghosts_of(scene, state, motions):
     """Return the `FixedGhosts` and the `Barrier` of a scene, both None when no walls are of ghosts."""
-    boundaries = boundaries_of(scene)
+    boundaries = boundaries_of(scene, motions)
     if not boundaries or scene.treatment.family != "ghosts":
         return None, None
     slips = [SLIPS[wall.slip] for wall in scene.lines]
@@ -66,7 +105,7 @@ def ghosts_of(scene, state):
     return ghosts, Barrier(lines, scene.numerics.dx)
 
 
-def markers_of(scene):
+def markers_of(scene, motions=None):
     """Return the `Markers` of a scene, None when no walls are of markers."""
     if scene.mirrors or scene.treatment.family != "markers":
         return None
@@ -76,7 +115,7 @@ def markers_of(scene):
         lines = [Line(np.array([[ends[side][0]]]), np.array([[ends[side][1]]]), np.ones(1)) for side in scene.sides]
     else:
         lines = []
-        for boundary, motion in boundaries_of(scene):
+        for boundary, motion in boundaries_of(scene, motions):
             pieces = [boundary.elements(number, spacing) for number in boundary.outlines]
             lines.append(Line(*(np.concatenate(parts) for parts in zip(*pieces, strict=True)), motion))
     if not lines:
@@ -142,11 +181,13 @@ def wall_faults(scene):
         return []
     from ..geometry import Outline, outline_faults
 
-    size, names, faults = scene.domain.size, scene.wall_names, []
-    for number, outline in enumerate(outlines_of(scene)):
+    size, names, faults, motions = scene.domain.size, scene.wall_names, [], motions_of(scene)
+    for number, outline in enumerate(outlines_of(scene, motions)):
         where = scene.line_key(number)
-        faults += outline_faults(outline, where, size)
-        faults += _excursion(scene, number, outline) + _near_mirror(scene, number, outline)
+        if outline.name not in SIDES:  # sides go where the domain goes
+            faults += outline_faults(outline, where, size)
+            faults += _excursion(scene, number, outline, motions.get(outline.name))
+        faults += _near_mirror(scene, number, outline)
         of_side = number >= len(scene.walls.polygons)
         if names.index(outline.name) != number or (outline.name in SIDES and not of_side):
             faults.append(SceneError(f"{outline.name!r} is taken", where=f"{where}.name", cure="a name of its own"))
@@ -165,16 +206,16 @@ def wall_faults(scene):
     return faults or _wrong_side(scene, boundaries)
 
 
-def _excursion(scene, number, outline):
+def _excursion(scene, number, outline, motion):
     """Faults of a moving wall that leaves the domain."""
-    motion, size = motion_of(scene, number), np.array(scene.domain.size)
+    size = np.array(scene.domain.size)
     if motion is None:
         return []
     points = np.array(outline.points, float)
     if isinstance(motion, Bulge):
         points = np.vstack([points, np.mean([motion.start, motion.end], axis=0)])
-    for quarter in (0.25, 0.75):
-        moved = motion.at(motion.period * (math.ceil(motion.ramp / motion.period) + quarter)).place(points)
+    for extreme in motion.extremes():
+        moved = extreme.place(points)
         for vertex in np.flatnonzero(((moved < 0) | (moved > size)).any(axis=1)):
             place = ", ".join(f"{x:.4g}" for x in moved[vertex])
             why = f"it swings to ({place}) m"

@@ -22,9 +22,10 @@ Exchange: a fluid particle that got behind a wall changes places with its image 
 velocity are reflected, at the beginning of the step too, since integrators go on from there; what it carries as well. Its
 density stays.
 
-A palette is mirrored along the bed, not along its normal: an image has the height of its original. Reflected squarely, the
+A flap is mirrored along the bed, not along its normal: an image has the height of its original. Reflected squarely, the
 images of a plate that leans by theta would leave a wedge of 2 theta at the hinge empty, or fill it twice, and the corner
-would suck particles in; mirrored along the bed, the line of the bed maps onto itself. Both maps keep volumes.
+would suck particles in; mirrored along the bed, the line of the bed maps onto itself. Both maps keep volumes. For the same
+reason two walls one above the other, the flap and the sill below its hinge, mirror each what is at their own heights.
 """
 
 from dataclasses import dataclass, field
@@ -49,6 +50,12 @@ def distance_of(rows, i, column, wall, dim):
     for d in range(dim):
         distance += (rows[i, column + d] - wall[d]) * wall[dim + d]
     return distance
+
+
+@jit
+def in_span(rows, i, wall, dim):
+    """Whether row `i` is at a height at which the wall is."""
+    return wall[5 * dim + 2] <= rows[i, dim - 1] < wall[5 * dim + 3]
 
 
 @jit
@@ -156,9 +163,9 @@ def wall_images(
         The fluid rows that may be near a wall.
     first_ghost, end : int
         The images that earlier walls made are the rows ``first_ghost:end``.
-    wall : ndarray, shape (5 * dim + 2,)
+    wall : ndarray, shape (5 * dim + 4,)
         Point, normal into the fluid, velocity and acceleration of the point, direction of mirroring, then rate [1/s] and
-        acceleration [1/s^2] of the rotation from the first to the last axis.
+        acceleration [1/s^2] of the rotation from the first to the last axis, and the heights between which it mirrors [m].
     law, slip, bit : int
         Law, slip and the wall's bit in the image number.
     gravity, state, grid : tuple
@@ -180,7 +187,7 @@ def wall_images(
     bad = -1
     for k in range(close_count + ghosts):
         i = close[k] if k < close_count else first_ghost + k - close_count
-        if cells[i] < 0:
+        if cells[i] < 0 or not in_span(rows, i, wall, dim):
             continue
         distance = distance_of(rows, i, 0, wall, dim)
         if distance < 0.0:
@@ -232,7 +239,7 @@ def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach,
     slant = slant_of(wall, dim)
     keeps_position = start.shape[1] > dim + 1
     for i in range(first, last):
-        if tags[i] >= FIRST_GHOST:
+        if tags[i] >= FIRST_GHOST or not in_span(rows, i, wall, dim):
             continue
         distance = distance_of(rows, i, 0, wall, dim)
         if not -reach < distance < 0.0:
@@ -251,22 +258,24 @@ def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach,
 
 @dataclass
 class MirrorWall:
-    """A plane that mirrors the fluid, at rest or moved by a wavemaker.
+    """A plane that mirrors the fluid, at rest or moving.
 
     Attributes
     ----------
     name : str
         "left", "right", "bottom", "top", ...
     point, normal : tuple of float
-        A point of the plane [m] and its normal into the fluid.
+        A point of the plane [m] and its normal into the fluid, both at rest.
     law, slip : str
         "plain" or "hydrostatic"; "free" or "no".
     bit : int
         The wall's bit in the image number, a power of two.
-    motion : Palette, optional
-        What turns the wall about `point`.
+    motion : Slide or Flap, optional
+        What moves it.
     velocity : tuple of float, optional
         With what it slides in its plane [m/s].
+    span : tuple of float
+        Heights between which it stands [m].
     exchanged : int
         How many times a particle behind it has changed places with its image.
     """
@@ -279,30 +288,31 @@ class MirrorWall:
     bit: int
     motion: object = None
     velocity: tuple = ()
+    span: tuple = (-np.inf, np.inf)
     exchanged: int = field(default=0, init=False)
     numbers: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
         dim = len(self.point)
-        self.numbers = np.zeros(5 * dim + 2)
+        self.numbers = np.zeros(5 * dim + 4)
         self.numbers[:dim] = self.point
         self.numbers[dim : 2 * dim] = self.normal
         self.numbers[2 * dim : 3 * dim] = self.velocity or 0.0
         self.numbers[4 * dim : 5 * dim] = self.normal
+        self.numbers[5 * dim + 2 :] = self.span
 
     def move(self, time):
-        """Put the wall where it is at `time` [s]."""
+        """Put the wall where it is at `time` [s]: it moves in the plane of the first and the last axis."""
         if self.motion is None:
             return
-        dim = len(self.point)
-        now = self.motion.at(time)
-        # leaning towards +x is a rotation from the last axis to the first: negative
-        c, s = np.cos(now.angle), np.sin(now.angle)
-        first, last = self.normal[0], self.normal[-1]
-        self.numbers[dim] = c * first + s * last
-        self.numbers[2 * dim - 1] = c * last - s * first
-        self.numbers[5 * dim] = -now.rate
-        self.numbers[5 * dim + 1] = -now.acceleration
+        dim, now = len(self.point), self.motion.at(time)
+        axes = np.array([0, dim - 1])
+        point = now.place(np.array([[self.point[0], self.point[-1]]]))
+        self.numbers[axes] = point[0]
+        self.numbers[dim + axes] = now.turn(np.array([[self.normal[0], self.normal[-1]]]))[0]
+        self.numbers[2 * dim + axes] = now.velocity(point)[0]
+        self.numbers[3 * dim + axes] = now.acceleration(point)[0]
+        self.numbers[5 * dim], self.numbers[5 * dim + 1] = now.rate, now.spin
 
     def exchange(self, particles, reach):
         """Let the fluid that is less than `reach` [m] behind the wall change places with its images; return how many do."""
@@ -319,19 +329,21 @@ class MirrorWall:
         return LAWS[self.law], SLIPS[self.slip], self.bit
 
     def distance(self, position):
-        """Return how far `position` [m] is in front of the wall [m], negative behind it."""
+        """Return how far `position` [m] is in front of the wall [m], negative behind it; infinite at heights where it is not."""
         dim = len(self.point)
+        if not self.span[0] <= position[-1] < self.span[1]:
+            return np.inf
         with np.errstate(invalid="ignore"):  # asked of particles that got lost, at infinity too
             return float((np.asarray(position) - self.numbers[:dim]) @ self.numbers[dim : 2 * dim])
 
     def band(self, reach, height):
         """Return the box, (low, high) tuples, in which particles may come within `reach` of the wall [m].
 
-        `height` is how far above its hinge a moving wall is wetted at the most [m].
+        `height` is up to where a moving wall is wetted at the most [m].
         """
-        swing = self.motion.reach(height) if self.motion else 0.0
+        least, largest = self.motion.reach(height) if self.motion else (0.0, 0.0)
         lows, highs = [], []
         for x, n in zip(self.point, self.normal, strict=True):
-            lows.append(x - swing - reach if n else -np.inf)
-            highs.append(x + swing + reach if n else np.inf)
+            lows.append(x + least - reach if n else -np.inf)
+            highs.append(x + largest + reach if n else np.inf)
         return tuple(lows), tuple(highs)

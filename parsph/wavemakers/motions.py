@@ -1,36 +1,11 @@
-"""Wavemakers: walls that move by a prescribed law."""
+"""How walls move: rigid bodies in the plane that slide and turn, walls that bulge."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Motion:
-    """Where a rotating wall stands: angle [rad], its rate [1/s] and its acceleration [1/s^2]."""
-
-    angle: float
-    rate: float
-    acceleration: float
-
-
-def oscillation(time, period, ramp):
-    """Return s, ds/dt [1/s], d2s/dt2 [1/s^2] of ``s(t) = ramp(t) sin(2 pi t / P)``, at rest before t = 0.
-
-    The ramp is ``(1 - cos(pi t / T))/2`` up to T = `ramp` [s], so that all three start from zero; 1 after it.
-    """
-    if time <= 0:
-        return 0.0, 0.0, 0.0
-    w = 2 * math.pi / period
-    s, c = math.sin(w * time), math.cos(w * time)
-    r, dr, ddr = 1.0, 0.0, 0.0
-    if time < ramp:
-        a = math.pi / ramp
-        r = 0.5 * (1 - math.cos(a * time))
-        dr = 0.5 * a * math.sin(a * time)
-        ddr = 0.5 * a * a * math.cos(a * time)
-    return r * s, dr * s + r * w * c, ddr * s + 2 * dr * w * c - r * w * w * s
+from .signals import Held, oscillation
 
 
 @dataclass(frozen=True)
@@ -84,6 +59,77 @@ class Placement:
 
 
 @dataclass(frozen=True)
+class Slide:
+    """A rigid body that moves along a line: a piston, or a wall that the fluid pushes.
+
+    Attributes
+    ----------
+    signal : object
+        ``signal.at(time)`` gives its way [m], speed [m/s] and acceleration [m/s^2], ``signal.extent`` the least and the
+        largest way [m].
+    direction : tuple of float
+        Unit vector of the way.
+    """
+
+    signal: object
+    direction: tuple = (1.0, 0.0)
+
+    def at(self, time):
+        """Return the `Placement` at `time` [s]."""
+        direction = np.array(self.direction)
+        way, speed, acceleration = self.signal.at(time)
+        return Placement(np.zeros(2), way * direction, speed * direction, acceleration * direction)
+
+    def extremes(self):
+        """Return the `Placement`s at the ends of its way."""
+        return [Slide(Held(way), self.direction).at(0.0) for way in self.signal.extent]
+
+    def reach(self, height):
+        """Return the least and the largest way [m] along x, at any `height`."""
+        return tuple(sorted(self.direction[0] * way for way in self.signal.extent))
+
+
+@dataclass(frozen=True)
+class Flap:
+    """A plate that turns about a hinge; positive signals lean it towards +x.
+
+    Attributes
+    ----------
+    hinge : tuple of float
+        [m]
+    signal : object
+        ``signal.at(time)`` gives the way of the plate [m] at the height `arm` above the hinge along x, and its two rates;
+        without an arm the angle [rad] and its two rates.
+    arm : float or None
+        [m]
+    """
+
+    hinge: tuple
+    signal: object
+    arm: float | None = None
+
+    def at(self, time):
+        """Return the `Placement` at `time` [s]; leaning towards +x is a clockwise rotation."""
+        angle, rate, spin = self.signal.at(time)
+        if self.arm is not None:  # angle = atan(way / arm)
+            slope, slope_rate, slope_spin = angle / self.arm, rate / self.arm, spin / self.arm
+            square = 1.0 + slope * slope
+            angle, rate = math.atan(slope), slope_rate / square
+            spin = slope_spin / square - 2.0 * slope * rate * rate
+        still = np.zeros(2)
+        return Placement(np.array(self.hinge, float), still, still, still, -angle, -rate, -spin)
+
+    def extremes(self):
+        """Return the `Placement`s at the ends of its way."""
+        return [Flap(self.hinge, Held(way), self.arm).at(0.0) for way in self.signal.extent]
+
+    def reach(self, height):
+        """Return the least and the largest way [m] along x of the plate at `height` [m]."""
+        slopes = [way / self.arm if self.arm is not None else math.tan(way) for way in self.signal.extent]
+        return tuple(slope * max(height - self.hinge[1], 0.0) for slope in slopes)
+
+
+@dataclass(frozen=True)
 class Swing:
     """A rigid body that swings to and fro, along a line and about a point, ``ramp(t) sin(2 pi t / P)`` times its amplitudes.
 
@@ -110,6 +156,10 @@ class Swing:
         s, ds, dds = oscillation(time, self.period, self.ramp)
         way, angle = np.array(self.way, float), self.angle
         return Placement(np.array(self.center, float), s * way, ds * way, dds * way, s * angle, ds * angle, dds * angle)
+
+    def extremes(self):
+        """Return the `Placement`s at the ends of its swing."""
+        return [self.at(time) for time in _quarters(self)]
 
 
 @dataclass(frozen=True)
@@ -212,39 +262,11 @@ class Bulge:
         """Return the `Bulged` at `time` [s]."""
         return Bulged(self, *(self.amplitude * value for value in oscillation(time, self.period, self.ramp)))
 
+    def extremes(self):
+        """Return the `Bulged`s at the ends of its swing."""
+        return [self.at(time) for time in _quarters(self)]
 
-@dataclass(frozen=True)
-class Palette:
-    """A flap hinged at the bed, ``theta(t) = theta0 ramp(t) sin(2 pi t / P)``; positive leans towards +x.
 
-    A single oscillation ends after one period, at rest in the upright position.
-
-    Attributes
-    ----------
-    hinge : tuple of float
-        Position of the hinge [m].
-    amplitude : float
-        theta0 [rad].
-    period : float
-        P [s].
-    ramp : float
-        T [s], 0 for a sudden start.
-    single : bool
-        One oscillation only.
-    """
-
-    hinge: tuple
-    amplitude: float
-    period: float
-    ramp: float = 0.0
-    single: bool = False
-
-    def at(self, time):
-        """Return the `Motion` at `time` [s]."""
-        if self.single and time >= self.period:
-            return Motion(0.0, 0.0, 0.0)
-        return Motion(*(self.amplitude * value for value in oscillation(time, self.period, self.ramp)))
-
-    def reach(self, height):
-        """Return the largest excursion [m] of the plate at `height` [m] above the hinge."""
-        return height * math.tan(self.amplitude)
+def _quarters(motion):
+    """Return the times [s] of the largest excursions of an oscillation, once its ramp is over."""
+    return [motion.period * (math.ceil(motion.ramp / motion.period) + quarter) for quarter in (0.25, 0.75)]

@@ -1,0 +1,151 @@
+"""The keys of what makes waves and of what they move: wavemaker, its absorption, relaxation zones, bodies."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from ..wavemakers.series import LENGTHS, TIMES
+from ..waves import REGULAR_THEORIES, SOLITARY_THEORIES, SPECTRA
+from .fields import NotNegative, Point, Positive, Section
+
+_PERIOD = "one of period [s], frequency [Hz] and wavelength [m]"
+
+
+class Oscillation(Section):
+    """A prescribed oscillation of the plate, ramp(t) sin(2 pi t / period) times its amplitude."""
+
+    kind: Literal["oscillation"]
+    angle: Annotated[float, Field(gt=0, lt=45)] | None = Field(None, description="amplitude of a flap's angle [degrees]")
+    stroke: Positive | None = Field(None, description="twice the amplitude of its way at the still-water level [m]")
+    period: Positive = Field(description="period [s]")
+    ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
+    cycles: Annotated[int, Field(ge=1)] | None = Field(None, description="so many oscillations; default: without end")
+
+
+class Regular(Section):
+    """Regular waves of a height and a period."""
+
+    kind: Literal["regular"]
+    height: Positive = Field(description="wave height, crest to trough [m]")
+    period: Positive | None = Field(None, description=f"[s]; {_PERIOD}")
+    frequency: Positive | None = Field(None, description=f"[Hz]; {_PERIOD}")
+    wavelength: Positive | None = Field(None, description=f"[m]; {_PERIOD}")
+    order: Literal[1, 2] = Field(2, description="of the paddle's motion: 2 cancels the free second harmonic (Madsen 1971)")
+    ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two periods")
+
+
+class _OfSpectrum(Section):
+    spectrum: Literal[*SPECTRA] = Field("jonswap", description="shape of the spectrum")
+    period: Positive | None = Field(None, description="peak period Tp [s]; of jonswap and pierson-moskowitz")
+    gamma: Annotated[float, Field(ge=1, le=20)] = Field(3.3, description="peak enhancement of jonswap [-]")
+    frequencies: Annotated[list[Positive], Field(min_length=2)] | None = Field(
+        None, description="of the spectrum user, increasing [Hz]"
+    )
+    densities: Annotated[list[NotNegative], Field(min_length=2)] | None = Field(
+        None, description="of the spectrum user, at its frequencies [m^2/Hz]"
+    )
+    ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two peak periods")
+
+
+class Irregular(_OfSpectrum):
+    """Irregular waves of a spectrum, long-crested."""
+
+    kind: Literal["irregular"]
+    height: Positive | None = Field(None, description="significant wave height Hs [m]; default, of user alone: that of the densities")
+    seed: Annotated[int, Field(ge=0)] = Field(1, description="of the random phases; the same seed gives the same waves")
+    duration: Positive | None = Field(None, description="after so long the waves repeat [s]; default: the length of the run")
+
+
+class Focused(_OfSpectrum):
+    """A focused group: the crests of all components meet at a place and a time."""
+
+    kind: Literal["focused"]
+    crest: Positive = Field(description="height of the crest at the focus over the still water, by linear theory [m]")
+    place: Positive = Field(description="distance of the focus from the wavemaker [m]")
+    time: Positive = Field(description="when it focuses [s]")
+
+
+class SolitaryWave(Section):
+    """A solitary wave (Goring 1978)."""
+
+    kind: Literal["solitary"]
+    height: Positive = Field(description="of the crest over the still water [m]")
+    theory: Literal[*SOLITARY_THEORIES] = Field("exact", description="whose profile and celerity the piston follows")
+    start: NotNegative = Field(0.0, description="when the piston sets out [s]")
+
+
+class Series(Section):
+    """A measured motion of the plate, from a file of two columns, time and way."""
+
+    kind: Literal["series"]
+    file: str = Field(description="text file of two columns, time and way at the still-water level (or angle); # begins a comment")
+    unit: Literal[*LENGTHS] = Field(description="of the second column")
+    time_unit: Literal[*TIMES] = Field("s", description="of the first column")
+    start: NotNegative | None = Field(
+        None, description="duration of a smooth start from rest [s], added before the record; default: as long as its speed needs"
+    )
+
+
+WAVE_KINDS = ("oscillation", "regular", "irregular", "focused", "solitary", "series")
+Wave = Annotated[
+    Oscillation | Regular | Irregular | Focused | SolitaryWave | Series, Field(discriminator="kind")
+]
+
+
+class Absorption(Section):
+    """Active absorption: the plate takes up what comes back to it."""
+
+    distance: Positive | None = Field(None, description="of the level gauge in front of the plate [m]; default: the support radius")
+    filter: Positive | None = Field(
+        None, description="time within which the plate follows the gauge [s]; default: 0.05 sqrt(depth/g)"
+    )
+    reach: Positive | None = Field(None, description="how far it may leave its course [m]; default: half the depth")
+    acceleration: Positive | None = Field(None, description="largest it may add [m/s^2]; default: 0.5 g")
+    centering: Positive | None = Field(
+        None, description="time within which it drifts back to its course [s]; default: 20 sqrt(depth/g)"
+    )
+
+
+class Wavemaker(Section):
+    """A plate that makes waves, in place of the left wall or of a polygon wall."""
+
+    kind: Literal["piston", "flap"] = Field("flap", description="a plate that slides along x, or one that turns about a hinge")
+    wall: str = Field("left", description="the wall that it moves: left, or the name of a polygon wall")
+    hinge: float | None = Field(
+        None, description="height of a flap's hinge [m], on the vertical axis; may be below the bed; default: at the bed"
+    )
+    wave: Wave = Field(description="what it makes")
+    absorption: Absorption | None = Field(None, description="active absorption; default: none")
+
+
+class Relaxation(Section):
+    """A zone in which the velocity is relaxed towards that of a wave."""
+
+    side: Literal["left", "right"] = Field("left", description="end of the domain")
+    length: Positive = Field(description="of the zone [m]")
+    height: NotNegative = Field(description="wave height, crest to trough [m]; 0 relaxes to still water")
+    period: Positive | None = Field(None, description=f"[s]; {_PERIOD}")
+    frequency: Positive | None = Field(None, description=f"[Hz]; {_PERIOD}")
+    wavelength: Positive | None = Field(None, description=f"[m]; {_PERIOD}")
+    theory: Literal[*REGULAR_THEORIES] = Field("fenton", description="of the wave")
+    ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two periods")
+    rate: Positive | None = Field(None, description="of the relaxation at the end of the domain [1/s]; default: 10 per period")
+
+
+class Body(Section):
+    """A wall that moves under the force of the fluid, along a line."""
+
+    wall: str = Field(description="the wall that moves: right or left (mirrors), or the name of a polygon wall")
+    direction: Point = Field([1.0, 0.0], description="of its way, x and up; of any length")
+    mass: Positive = Field(description="per metre of width [kg/m]")
+    stiffness: NotNegative = Field(0.0, description="of the spring that pulls it back, per metre of width [N/m^2]")
+    damping: NotNegative = Field(0.0, description="of a damper, per metre of width [N s/m^2]")
+    threshold: Annotated[float, Field(ge=1)] = Field(
+        1.0, description="it rests until the force is so many times that of still water [-]; and sticks again below it"
+    )
+    friction: NotNegative = Field(0.0, description="force against the motion while it moves, per metre of width [N/m]")
+    preload: float | None = Field(
+        None, description="force of the fluid along the way that a support carries [N/m]; default: that of still water"
+    )
+    stops: Point = Field(description="least and largest way [m]; it ends there, without bouncing")
+    start: NotNegative = Field(0.0, description="it is held until then [s]")

@@ -1,0 +1,154 @@
+"""From a scene's keys to what moves its walls: by a law, or by the flow."""
+
+import itertools
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ..wavemakers import Flap, Oscillation, Slide, Together, Yielding, generation
+from ..wavemakers.series import ANGLES, measured_motion
+from ..waves import Solitary, components, dispersion, focused, spectrum_of
+
+LARGEST_ACCELERATION = 1.0  # of a plate that follows a record, over g
+START_IN_PERIODS = 2.0  # duration of the smooth start of waves
+
+
+@dataclass(frozen=True)
+class Maker:
+    """A wavemaker's plate: what moves it, and what it is expected to do.
+
+    Attributes
+    ----------
+    motion : Slide or Flap
+    expected : Elevation, SolitaryElevation or None
+        Level of its own waves, None where it is not known.
+    added : Yielding or None
+        What active absorption adds.
+    """
+
+    motion: object
+    expected: object = None
+    added: object = None
+
+
+def bed_of(scene):
+    """Return the height of the bed [m], the lowest point of the fluid."""
+    return scene.level - scene.depth
+
+
+def place_of(scene):
+    """Return where the wavemaker's plate meets the still water, x [m]."""
+    name = scene.wavemaker.wall
+    if name not in scene.wall_names:
+        return 0.0
+    points = np.array(scene.lines[scene.wall_names.index(name)].points)
+    for (x, z), (x_next, z_next) in itertools.pairwise(points):
+        if min(z, z_next) <= scene.level <= max(z, z_next) and z != z_next:
+            return float(x + (scene.level - z) / (z_next - z) * (x_next - x))
+    return float(points[:, 0].mean())
+
+
+def hinge_of(scene):
+    """Return the height of a flap's hinge [m], None for a piston."""
+    maker = scene.wavemaker
+    if maker.kind == "piston":
+        return None
+    return bed_of(scene) if maker.hinge is None else maker.hinge
+
+
+def relative_hinge(scene):
+    """Return the height of a flap's hinge above the bed over the depth, None for a piston."""
+    hinge = hinge_of(scene)
+    return None if hinge is None else (hinge - bed_of(scene)) / scene.depth
+
+
+def wave_of(scene, section):
+    """Return the linear wave (`Dispersion`) of a section with one of period, frequency and wavelength."""
+    return dispersion(scene.depth, scene.domain.gravity, section.period, section.frequency, section.wavelength)
+
+
+def ramp_of(section, period):
+    """Return the duration of the smooth start [s]."""
+    return START_IN_PERIODS * period if section.ramp is None else section.ramp
+
+
+def maker_of(scene):
+    """Return the `Maker` of a scene, None without; each call makes one of its own, since absorption has a state.
+
+    Raises
+    ------
+    SceneError
+        When a file that it names does not hold a motion.
+    """
+    maker = scene.wavemaker
+    if maker is None:
+        return None
+    hinge = hinge_of(scene)
+    at = None if hinge is None else (place_of(scene), hinge)
+    if maker.wave.kind == "oscillation" and maker.wave.angle is not None:
+        wave = maker.wave
+        swing = Oscillation(math.radians(wave.angle), wave.period, wave.ramp, wave.cycles)
+        return Maker(Flap(at, swing))
+    signal, expected = _signal(scene)
+    if maker.wave.kind == "series" and maker.wave.unit in ANGLES:
+        return Maker(Flap(at, signal))
+    added = None
+    if maker.absorption:
+        way = maker.absorption.reach or 0.5 * scene.depth
+        added = Yielding((-way, way))
+        signal = Together((signal, added))
+    motion = Slide(signal) if hinge is None else Flap(at, signal, scene.level - hinge)
+    return Maker(motion, expected, added)
+
+
+def _signal(scene):
+    """Return the way of the plate at the still-water level, and the level expected in front of it or None."""
+    wave, depth, gravity, hinge = scene.wavemaker.wave, scene.depth, scene.domain.gravity, relative_hinge(scene)
+    if wave.kind == "oscillation":
+        way = 0.5 * wave.stroke
+        signal = Oscillation(way, wave.period, wave.ramp, wave.cycles)
+        if wave.cycles is not None:
+            return signal, None
+        one = np.array([way]), np.array([2 * math.pi / wave.period]), np.zeros(1)
+        return signal, generation.expected(*one, depth, gravity, hinge, wave.ramp, scene.time.end)
+    if wave.kind == "regular":
+        regular = wave_of(scene, wave)
+        ramp = ramp_of(wave, regular.period)
+        return generation.regular(wave.height, regular, depth, gravity, hinge, wave.order, ramp, scene.time.end)
+    if wave.kind == "solitary":
+        return generation.solitary(Solitary(wave.height, depth, gravity, wave.theory), wave.start)
+    if wave.kind == "series":
+        return _recorded(scene), None
+    return generation.linear(*components_of(scene), depth, gravity, hinge, ramp_of(wave, scene.wave_period), scene.time.end)
+
+
+def components_of(scene):
+    """Return amplitudes [m], angular frequencies [1/s] and phases [rad] of an irregular or focused wave at the plate."""
+    wave, depth, gravity = scene.wavemaker.wave, scene.depth, scene.domain.gravity
+    spectrum = spectrum_of(wave.spectrum, wave.period, wave.gamma, wave.frequencies, wave.densities)
+    if wave.kind == "irregular":
+        return components(spectrum, wave.height, wave.duration or scene.time.end, wave.seed)
+    return focused(spectrum, wave.crest, wave.place, wave.time, depth, gravity)
+
+
+def _recorded(scene):
+    wave = scene.wavemaker.wave
+    limit = LARGEST_ACCELERATION * scene.domain.gravity / (scene.depth if wave.unit in ANGLES else 1.0)
+    return _read(wave.file, wave.unit, wave.time_unit, limit, wave.start)
+
+
+@lru_cache
+def _read(*arguments):
+    """Return the measured motion; a scene asks for it several times."""
+    return measured_motion(*arguments)
+
+
+def body_motions(scene):
+    """Return {wall: Slide}, what moves the walls that the flow moves; each call makes new ones, since they have a state."""
+    motions = {}
+    for body in scene.bodies:
+        direction = np.array(body.direction) / np.linalg.norm(body.direction)
+        motions[body.wall] = Slide(Yielding(tuple(body.stops)), tuple(direction.tolist()))
+    return motions

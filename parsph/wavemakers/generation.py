@@ -1,0 +1,136 @@
+"""From the wave that is asked for to the motion of the plate, and to the level that is then expected in front of it.
+
+Linear theory (Biesel 1951; Dean & Dalrymple 1984, ch. 6): a plate with the way ``X = A sin(w t + p)`` at the still-water
+level makes ``eta = a cos(k x - w t - p)`` far from it, a/A = H/S, and beside it a near field in phase with X.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..waves import dispersion, near_field, second_order, transfer
+from .signals import Harmonics, Sampled, ramp
+
+
+@dataclass(frozen=True, eq=False)
+class Elevation:
+    """The level over still water that a plate makes by linear theory, ramped like its motion.
+
+    Attributes
+    ----------
+    motion : Harmonics
+        Of the plate at the still-water level.
+    wavenumbers, far : ndarray, shape (n,)
+        k [1/m] and a/A of each component.
+    depth : float
+        [m]
+    hinge : float or None
+        Of a flap, over the depth; None for a piston.
+    """
+
+    motion: Harmonics
+    wavenumbers: np.ndarray
+    far: np.ndarray
+    depth: float
+    hinge: float | None
+
+    def at(self, time, x):
+        """Return the level [m] at `time` [s] and the distance `x` [m] from the plate at rest."""
+        m = self.motion
+        if time <= 0:
+            return 0.0
+        near = np.array([near_field(k * self.depth, self.hinge, x / self.depth) for k in self.wavenumbers])
+        angle = m.frequencies * time + m.phases
+        level = m.amplitudes * (self.far * np.cos(self.wavenumbers * x - angle) + near * np.sin(angle))
+        return ramp(time, m.ramp)[0] * float(level.sum())
+
+
+@dataclass(frozen=True)
+class SolitaryElevation:
+    """The level over still water that a piston makes which follows a solitary wave.
+
+    Attributes
+    ----------
+    wave : Solitary
+    crest : float
+        When the crest is at the plate's place at rest [s].
+    """
+
+    wave: object
+    crest: float
+
+    def at(self, time, x):
+        """Return the level [m] at `time` [s] and the distance `x` [m] from the plate at rest."""
+        return float(self.wave.elevation(x - self.wave.celerity * (time - self.crest)))
+
+
+def linear(amplitudes, frequencies, phases, depth, gravity, hinge, duration_of_ramp, duration):
+    """Return the motion of the plate that makes ``sum a_j cos(w_j t + p_j)`` at its place, and the `Elevation`.
+
+    Parameters
+    ----------
+    amplitudes, frequencies, phases : ndarray, shape (n,)
+        a_j [m], w_j [1/s], p_j [rad].
+    depth, gravity : float
+        [m], [m/s^2]
+    hinge : float or None
+        Height of a flap's hinge over the depth; None for a piston.
+    duration_of_ramp, duration : float
+        [s]
+    """
+    wavenumbers = _wavenumbers(frequencies, depth, gravity)
+    far = np.array([transfer(k * depth, hinge) for k in wavenumbers])
+    motion = Harmonics(amplitudes / far, frequencies, phases, duration_of_ramp, duration)
+    return motion, Elevation(motion, wavenumbers, far, depth, hinge)
+
+
+def expected(amplitudes, frequencies, phases, depth, gravity, hinge, duration_of_ramp, duration):
+    """Return the `Elevation` that a plate of the way ``sum A_j sin(w_j t + p_j)`` makes; arguments are those of `linear`."""
+    wavenumbers = _wavenumbers(frequencies, depth, gravity)
+    far = np.array([transfer(k * depth, hinge) for k in wavenumbers])
+    return Elevation(Harmonics(amplitudes, frequencies, phases, duration_of_ramp, duration), wavenumbers, far, depth, hinge)
+
+
+def _wavenumbers(frequencies, depth, gravity):
+    return np.array([dispersion(depth, gravity, frequency=w / (2 * math.pi)).wavenumber for w in frequencies])
+
+
+def regular(height, wave, depth, hinge, order, duration_of_ramp, duration):
+    """Return the motion of the plate for regular waves, of first or second order (Madsen 1971), and the linear `Elevation`.
+
+    Parameters
+    ----------
+    height : float
+        H [m].
+    wave : Dispersion
+    depth, hinge, duration_of_ramp, duration
+        As `linear`.
+    order : int
+        2: with the second harmonic that cancels the free second harmonic of the waves.
+    """
+    kd, w = wave.wavenumber * depth, 2 * math.pi / wave.period
+    far = transfer(kd, hinge)
+    amplitudes, frequencies, phases = [0.5 * height / far], [w], [0.0]
+    first = Harmonics(np.array(amplitudes), np.array(frequencies), np.array(phases), duration_of_ramp, duration)
+    elevation = Elevation(first, np.array([wave.wavenumber]), np.array([far]), depth, hinge)
+    if order == 1:
+        return first, elevation
+    second = second_order(height, kd, depth, hinge)
+    both = np.array([*amplitudes, abs(second)]), np.array([w, 2 * w]), np.array([0.0, np.angle(second)])
+    return Harmonics(*both, duration_of_ramp, duration), elevation
+
+
+def solitary(wave, start):
+    """Return the motion of a piston that makes a solitary wave, setting out at `start` [s], and the `SolitaryElevation`.
+
+    Parameters
+    ----------
+    wave : Solitary
+    start : float
+        [s]
+    """
+    t, way = wave.paddle()
+    motion = Sampled(t + start, way)
+    middle = float(np.interp(0.5 * way[-1], way, t))  # the crest is at the plate, X = 0, at half of the way
+    return motion, SolitaryElevation(wave, start + middle - 0.5 * way[-1] / wave.celerity)
