@@ -47,7 +47,7 @@ class MovableWall:
         before = self.signal.way
         way, speed, _ = self.signal.at(time)
         push = force_on(simulation, *self.surface, self.motion, time)
-        force = simulation.communicator.broadcast(float(push @ np.array(self.motion.direction)) if len(push) else 0.0)
+        force = simulation.communicator.broadcast(float(push[:2] @ np.array(self.motion.direction)) if len(push) else 0.0)
         if self.force is not None:
             self.work += 0.5 * (force + self.force) * (way - before)
         self.force = force

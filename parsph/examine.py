@@ -14,7 +14,7 @@ from .io.results import Results
 from .moments import MOMENTS
 from .progress import console
 from .scene.load import load_scene
-from .scene.solids import motion_of
+from .scene.solids import motions_of
 
 DEVIATIONS = {moment.name for moment in MOMENTS if moment.rank}  # zero where all is well: how far they are off spans decades
 
@@ -257,8 +257,9 @@ def _walls(results, time):
     """Return the polygon walls where they stand at `time` [s], each of shape (n, 2) [m]."""
     lines = []
     scene = load_scene(results.scene)
-    for number, wall in enumerate(scene.lines):
-        points, motion = np.array(wall.points, float), motion_of(scene, number)
+    motions = motions_of(scene)
+    for name, wall in zip(scene.wall_names, scene.lines, strict=True):
+        points, motion = np.array(wall.points, float), motions.get(name)
         if wall.fluid in ("inside", "outside"):
             points = np.vstack([points, points[:1]])
         if wall.bulge is not None:  # straight at rest

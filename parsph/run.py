@@ -17,12 +17,12 @@ from .moments import Moments
 from .observers import InterruptGuard
 from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
-from .scene.build import build, cuts_of, palette_of
+from .scene.build import build, cuts_of
 from .scene.load import load_scene, scene_name, scene_text
+from .scene.movers import expected_height
 from .scene.plan import costs
 from .scene.solids import fillings_of
 from .walls import INTERPOLATORS
-from .waves import flap_height
 
 
 @dataclass
@@ -220,21 +220,21 @@ def _walls_summary(simulation):
 
 
 def wave_heights(scene, simulation):
-    """Return the height at each level gauge over the last two periods, and the far-field theory, for palette scenes.
+    """Return the height at each level gauge over the last two periods, and the one that was asked for or is expected.
 
-    Theory: Biesel's transfer function times the stroke at the still-water level. Empty when the scene has no continuous
-    palette, no level gauge, or is shorter than the start-up and two periods.
+    Expected: what is asked for, or Biesel's transfer function times the stroke at the still-water level. Empty when the
+    scene has no wavemaker that makes waves of one period without end, no level gauge, or is shorter than the start-up and two
+    periods.
     """
-    palette = palette_of(scene)
     gauges = [g for g in simulation.observers if getattr(g, "columns", ()) == ("level [m]",)]
-    if palette is None or palette.single or not gauges or scene.time.end < 6 * palette.period:
+    expected, period = expected_height(scene), scene.wave_period
+    if expected is None or not gauges or scene.time.end < 6 * period:
         return {}
     heights = {}
     for gauge in gauges:
         t, level = gauge.record().T
-        heights[f"{gauge.name} (x = {gauge.place[0]:g} m)"] = mean_height(t, level, palette.period, 2)
-    theory = flap_height(palette.amplitude, palette.period, scene.depth, scene.domain.gravity)
-    return {"wave height, theory [m]": theory, "wave height [m]": heights}
+        heights[f"{gauge.name} (x = {gauge.place[0]:g} m)"] = mean_height(t, level, period, 2)
+    return {"wave height, expected [m]": expected, "wave height [m]": heights}
 
 
 def _print_end(simulation, summary):
@@ -263,6 +263,6 @@ def _print_end(simulation, summary):
         plain = summary["kernel correction"]["plain kernel per evaluation"]
         out.print(f"kernel correction: {plain:,.1f} particles with the plain kernel per evaluation")
     if "wave height [m]" in summary:
-        out.print(f"wave height: theory (Biesel) {summary['wave height, theory [m]']:.4f} m")
+        out.print(f"wave height: expected {summary['wave height, expected [m]']:.4f} m")
         for gauge, height in summary["wave height [m]"].items():
             out.print(f"  {gauge}: {height:.4f} m")

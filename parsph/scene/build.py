@@ -11,7 +11,7 @@ from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
 from ..domain.domain import end_columns
 from ..gradients import DensityFilter, Gradients
-from ..io.gauges import DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge
+from ..io.gauges import BodyGauge, DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge
 from ..io.snapshots import SnapshotWriter
 from ..io.tables import table_name
 from ..moments import Correction, Moments
@@ -35,7 +35,8 @@ from ..terms import (
     Terms,
 )
 from ..walls import MirrorWall, PeriodicBorder
-from ..waves import Seiche, mean_shape, phase_speed, pulse
+from ..wavemakers.generation import mean_shape
+from ..waves import Seiche, phase_speed, pulse
 from .load import scene_text
 from .movers import maker_of, place_of, relative_hinge
 from .schema import SIDES, SILL

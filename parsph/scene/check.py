@@ -8,6 +8,7 @@ from ..errors import SceneError, did_you_mean
 from ..io.tables import table_name
 from ..stepping import INTEGRATORS, VISCOUS_LIMIT, time_step_limit
 from ..walls import REPULSIONS, TREATMENTS
+from .check_waves import body_faults, maker_faults
 from .schema import SIDES
 from .solids import fillings_of, polygon_faults, wall_faults
 
@@ -18,8 +19,8 @@ STRIP_H_OVER_DX = 1.7
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
     faults = _shapes(scene) or _shallow(scene) or _treatment(scene)
-    faults = faults or wall_faults(scene)
-    rest = _numerics, _terms, _geometry, _sliding, _periodic, _wavemaker, _damping, _gauges
+    faults = faults or maker_faults(scene) + body_faults(scene) or wall_faults(scene)
+    rest = _numerics, _terms, _geometry, _sliding, _periodic, _damping, _gauges
     return faults or [fault for part in rest for fault in part(scene)]
 
 
@@ -79,9 +80,6 @@ def _treatment(scene):
         faults.append(SceneError("is for mirror walls", where="walls.exchange", why=why, cure=cure))
     if not scene.sides and not walls.polygons:
         faults.append(SceneError("there are no walls", where=where, cure="[walls] left = {}, ..., or polygons"))
-    if scene.wavemaker:
-        why, cure = "the palette is a mirror", "mirror, or a polygon wall with a motion"
-        faults.append(SceneError("the wavemaker needs mirrors", where=where, why=why, cure=cure))
     if treatment.family == "markers":
         if walls.repulsion == "none" and not treatment.corrects:
             laws = " or ".join(f'"{name}"' for name in REPULSIONS if name != "none")
@@ -255,8 +253,8 @@ def _sliding(scene):
             faults.append(SceneError("moves the wall out of its plane", where=where, why="the domain stays", cure=cure))
         elif wall.slip != "no":
             faults.append(SceneError("is felt by nothing", where=where, why="the slip is free", cure='slip = "no"'))
-        if side == "left" and scene.wavemaker:
-            faults.append(SceneError("the wavemaker moves this wall", where=where, cure="leave it out"))
+        if side in scene.moved_sides:
+            faults.append(SceneError("this wall is moved already", where=where, cure="leave it out"))
     return faults
 
 
@@ -281,9 +279,6 @@ def _periodic(scene):
     if scene.lines or not scene.mirrors:
         why, at = "ghosts and markers are not repeated", "walls.polygons" if scene.mirrors else "walls.treatment"
         faults.append(SceneError("cannot be where the vertical is periodic", where=at, why=why, cure="mirror walls"))
-    if scene.wavemaker:
-        why = "the vertical is periodic"
-        faults.append(SceneError("there is no bed to hinge it at", where="wavemaker", why=why, cure="leave it out"))
     if scene.numerics.diffusion in ("fourtakas", "antuono"):
         why = "it takes the hydrostatic density off, which jumps where the vertical begins again"
         faults.append(SceneError("needs a column of water", where="numerics.diffusion", why=why, cure='"molteni" or "none"'))
@@ -341,31 +336,6 @@ def _geometry(scene):
     return faults
 
 
-def _wavemaker(scene):
-    maker = scene.wavemaker
-    if maker is None:
-        return []
-    if scene.dim == 1:
-        return [
-            SceneError("a palette needs two dimensions", where="wavemaker.kind", cure="leave it out, or domain.size = [x, up]")
-        ]
-    if scene.walls.left is None:
-        return [
-            SceneError(
-                "is missing",
-                where="walls.left",
-                why="the palette is that wall: slip is taken from it",
-                cure="[walls] left = {}",
-            )
-        ]
-    swing = math.tan(math.radians(maker.amplitude)) * scene.domain.size[-1]
-    free = min([scene.domain.size[0]] + [zone.length for zone in scene.damping if zone.side == "left"])
-    if swing > 0.25 * free:
-        why = f"the plate swings {swing:.3g} m at the domain's top, in {free:.3g} m of water"
-        return [SceneError("stroke too long", where="wavemaker.amplitude", why=why, cure="a quarter of the length at most")]
-    return []
-
-
 def _damping(scene):
     faults, length = [], scene.domain.size[0]
     water = min(block.low[0] for block in scene.fluid.blocks), max(block.high[0] for block in scene.fluid.blocks)
@@ -390,9 +360,9 @@ def _damping(scene):
             why = "it is matched to the speed of surface waves"
             cure = '"plain" or "none"'
             faults.append(SceneError("needs depth under gravity", where=f"{where}.density", why=why, cure=cure))
-        if zone.killing != "none" and zone.side == "left" and scene.wavemaker:
-            why = "a weakened force does not hold the water at the plate"
-            faults.append(SceneError("the wavemaker stands there", where=f"{where}.killing", why=why, cure='"none"'))
+        if zone.killing != "none" and zone.side in scene.moved_sides:
+            why = "a weakened force does not hold the water at a wall that moves"
+            faults.append(SceneError("a moving wall stands there", where=f"{where}.killing", why=why, cure='"none"'))
         if zone.switch == "vx-vy" and scene.dim == 1:
             faults.append(SceneError("there is no vy in 1D", where=f"{where}.switch", cure='"vx", "fx-vx" or "none"'))
     if not faults and sum(zone.length for zone in scene.damping) > length:
@@ -410,6 +380,12 @@ def _gauges(scene):
                 SceneError(f"{name!r} is taken or no file name", where=f"{where}.name", cure="a plain name of its own")
             )
         names.add(name)
+        if gauge.kind == "body":
+            bodies = [body.wall for body in scene.bodies]
+            if gauge.wall not in bodies:
+                cure = f"{did_you_mean(gauge.wall, bodies)}one of: {', '.join(bodies) or 'none in this scene'}"
+                faults.append(SceneError(f"no body {gauge.wall!r}", where=f"{where}.wall", cure=cure))
+            continue
         if gauge.kind == "force":
             faults += _force(scene, gauge, where)
             continue
@@ -429,9 +405,8 @@ def _force(scene, gauge, where):
     if scene.dim != 2:
         return [SceneError("is for 2D", where=f"{where}.kind", cure="another gauge")]
     names = list(scene.wall_names)
-    names += [side for side in scene.sides if scene.mirrors and not (side == "left" and scene.wavemaker)]
+    names += [side for side in scene.sides if scene.mirrors]
     if gauge.wall in names:
         return []
-    why = "the wavemaker's plate is none that it can read" if gauge.wall == "left" and scene.wavemaker else ""
     cure = f"{did_you_mean(gauge.wall, names)}one of: {', '.join(names) or 'none in this scene'}"
-    return [SceneError(f"no wall {gauge.wall!r}", where=f"{where}.wall", why=why, cure=cure)]
+    return [SceneError(f"no wall {gauge.wall!r}", where=f"{where}.wall", cure=cure)]

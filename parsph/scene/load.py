@@ -91,11 +91,12 @@ def _with_base(source, above):
 
 
 def _merged(base, keys):
-    """Return `base` with `keys` put over it, section by section."""
+    """Return `base` with `keys` put over it, section by section; a section of another kind begins anew."""
     both = dict(base)
     for key, value in keys.items():
         inner = isinstance(value, dict) and isinstance(both.get(key), dict)
-        both[key] = _merged(both[key], value) if inner else value
+        anew = inner and key == "wave" and value.get("kind", both[key].get("kind")) != both[key].get("kind")
+        both[key] = _merged(both[key], value) if inner and not anew else value
     return both
 
 

@@ -30,7 +30,7 @@ class Regular(Section):
     period: Positive | None = Field(None, description=f"[s]; {_PERIOD}")
     frequency: Positive | None = Field(None, description=f"[Hz]; {_PERIOD}")
     wavelength: Positive | None = Field(None, description=f"[m]; {_PERIOD}")
-    order: Literal[1, 2] = Field(2, description="of the paddle's motion: 2 cancels the free second harmonic (Madsen 1971)")
+    order: Literal[1, 2] = Field(2, description="of the paddle's motion: 2 cancels the free second harmonic")
     ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two periods")
 
 
@@ -39,10 +39,10 @@ class _OfSpectrum(Section):
     period: Positive | None = Field(None, description="peak period Tp [s]; of jonswap and pierson-moskowitz")
     gamma: Annotated[float, Field(ge=1, le=20)] = Field(3.3, description="peak enhancement of jonswap [-]")
     frequencies: Annotated[list[Positive], Field(min_length=2)] | None = Field(
-        None, description="of the spectrum user, increasing [Hz]"
+        None, description="of the spectrum table, increasing [Hz]"
     )
     densities: Annotated[list[NotNegative], Field(min_length=2)] | None = Field(
-        None, description="of the spectrum user, at its frequencies [m^2/Hz]"
+        None, description="of the spectrum table, at its frequencies [m^2/Hz]"
     )
     ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two peak periods")
 
@@ -51,7 +51,7 @@ class Irregular(_OfSpectrum):
     """Irregular waves of a spectrum, long-crested."""
 
     kind: Literal["irregular"]
-    height: Positive | None = Field(None, description="significant wave height Hs [m]; default, of user alone: that of the densities")
+    height: Positive | None = Field(None, description="significant wave height Hs [m]; default, of table alone: that of the densities")
     seed: Annotated[int, Field(ge=0)] = Field(1, description="of the random phases; the same seed gives the same waves")
     duration: Positive | None = Field(None, description="after so long the waves repeat [s]; default: the length of the run")
 

@@ -9,10 +9,12 @@ import numpy as np
 
 from ..wavemakers import Flap, Oscillation, Slide, Together, Yielding, generation
 from ..wavemakers.series import ANGLES, measured_motion
-from ..waves import Solitary, components, dispersion, focused, spectrum_of
+from ..waves import Jonswap, PiersonMoskowitz, Solitary, Tabulated, components, dispersion, focused, transfer
 
 LARGEST_ACCELERATION = 1.0  # of a plate that follows a record, over g
 START_IN_PERIODS = 2.0  # duration of the smooth start of waves
+BAND = 0.5, 2.5  # of irregular waves, over the peak frequency
+FOCUS_RETURNS = 3.0  # a focused group comes back no sooner than after so many times the time of its focus
 
 
 @dataclass(frozen=True)
@@ -126,11 +128,28 @@ def _signal(scene):
 
 def components_of(scene):
     """Return amplitudes [m], angular frequencies [1/s] and phases [rad] of an irregular or focused wave at the plate."""
-    wave, depth, gravity = scene.wavemaker.wave, scene.depth, scene.domain.gravity
-    spectrum = spectrum_of(wave.spectrum, wave.period, wave.gamma, wave.frequencies, wave.densities)
+    wave = scene.wavemaker.wave
+    spectrum = spectrum_of(wave)
+    low, high = BAND[0] / scene.wave_period, BAND[1] / scene.wave_period
+    if wave.spectrum == "table":
+        low, high = max(low, wave.frequencies[0]), min(high, wave.frequencies[-1])
     if wave.kind == "irregular":
-        return components(spectrum, wave.height, wave.duration or scene.time.end, wave.seed)
-    return focused(spectrum, wave.crest, wave.place, wave.time, depth, gravity)
+        count = math.ceil((wave.duration or scene.time.end) * (high - low))
+        found = components(spectrum, low, high, count, wave.seed, jitter=wave.duration is None)
+    else:
+        count = math.ceil(FOCUS_RETURNS * wave.time * (high - low))
+        found = focused(spectrum, wave.crest, low, high, count, wave.place, wave.time, scene.depth, scene.domain.gravity)
+    return found.amplitude, 2 * math.pi * found.frequency, -found.phase
+
+
+def spectrum_of(wave):
+    """Return the spectrum of an irregular wave or a focused group, whose height has no meaning."""
+    if wave.spectrum == "table":
+        table = Tabulated(np.array(wave.frequencies), np.array(wave.densities))
+        height = getattr(wave, "height", None)
+        return table if height is None else Tabulated(table.frequencies, table.densities * (height / table.height) ** 2)
+    height = getattr(wave, "height", 1.0)
+    return Jonswap(height, wave.period, wave.gamma) if wave.spectrum == "jonswap" else PiersonMoskowitz(height, wave.period)
 
 
 def _recorded(scene):
@@ -152,3 +171,35 @@ def body_motions(scene):
         direction = np.array(body.direction) / np.linalg.norm(body.direction)
         motions[body.wall] = Slide(Yielding(tuple(body.stops)), tuple(direction.tolist()))
     return motions
+
+
+def expected_height(scene):
+    """Return the height [m] of the regular waves that a wavemaker makes by linear theory, None where it makes no such waves."""
+    maker = scene.wavemaker
+    if maker is None or not scene.endless_waves or maker.wave.kind == "irregular":
+        return None
+    if maker.wave.kind == "regular":
+        return maker.wave.height
+    stroke = maker.wave.stroke
+    if stroke is None:
+        stroke = 2 * (scene.level - hinge_of(scene)) * math.tan(math.radians(maker.wave.angle))
+    kd = dispersion(scene.depth, scene.domain.gravity, period=maker.wave.period).kd
+    return stroke * transfer(kd, relative_hinge(scene))
+
+
+def describe_maker(scene):
+    """Return what the wavemaker does, and the source of it."""
+    maker = scene.wavemaker
+    wave, (least, largest) = maker.wave, maker_of(scene).motion.reach(scene.level)
+    plate = "piston" if maker.kind == "piston" else f"flap hinged {hinge_of(scene) - bed_of(scene):g} m above the bed"
+    way = f"from {least:.3g} to {largest:.3g} m at the still-water level"
+    absorbs = ", absorbs what comes back" if maker.absorption else ""
+    sources = {
+        "oscillation": "",
+        "regular": "Biesel (1951)" + "; second order: Schaeffer (1996)" * (getattr(wave, "order", 1) == 2),
+        "irregular": "Biesel (1951), random phases",
+        "focused": "Tromans et al. (1991)",
+        "solitary": "Goring (1978)",
+        "series": "",
+    }
+    return f"{plate}, {wave.kind}, {way}{absorbs}", sources[wave.kind]

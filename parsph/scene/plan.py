@@ -12,8 +12,10 @@ from ..states import EQUATIONS
 from ..stepping import INTEGRATORS, time_step_limit
 from ..terms import FILTERS
 from ..walls import INTERPOLATORS, TREATMENTS
-from .build import borders_of, palette_of, state_of, terms_of, walls_of
-from .solids import fillings_of, markers_of, outlines_of
+from .build import borders_of, state_of, terms_of, walls_of
+from .movers import describe_maker
+from .schema import GAUGE_KINDS
+from .solids import fillings_of, markers_of, motions_of, outlines_of
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
@@ -38,7 +40,7 @@ def costs(scene):
     passes = GRADIENT_PASS if scene.numerics.diffusion == "antuono" else 1.0
     passes *= STRAIN_RATES if scene.numerics.viscosity == "newtonian" else 1.0
     passes *= CORRECTION_PASS if scene.numerics.kernel_correction != "none" else 1.0
-    length = sum(math.dist(*edge) for wall in outlines_of(scene) for edge in wall.edges)
+    length = sum(math.dist(*edge) for wall in outlines_of(scene, motions_of(scene)) for edge in wall.edges)
     ghosts = length * scene.reach / scene.numerics.dx**2
     saved = scene.output.snapshots
     size = BYTES_PER_SNAPSHOT_PARTICLE[saved.precision]
@@ -114,10 +116,13 @@ def print_plan(scene, name):
         table.add_row("in snapshots", f"moments of the plain kernel: {names}", "Szmidt (2013) eqs. (23), (24)")
     if scene.time.settle:
         table.add_row("settling", f"{scene.time.settle:g} s before t = 0, velocities decaying", "")
-    palette = palette_of(scene)
-    if palette:
-        moves = f"flap hinged at the bed, {math.degrees(palette.amplitude):g} degrees, period {palette.period:g} s"
-        table.add_row("wavemaker", moves, "Molteni et al. section 3")
+    if scene.wavemaker:
+        table.add_row("wavemaker", *map(_plain, describe_maker(scene)))
+    for body in scene.bodies:
+        parts = [f"{body.mass:g} kg/m"] + [f"spring {body.stiffness:g} N/m^2"] * (body.stiffness > 0)
+        parts += [f"damper {body.damping:g} N s/m^2"] * (body.damping > 0) + [f"friction {body.friction:g} N/m"] * (body.friction > 0)
+        parts += [f"moves from {body.threshold:g} times the force of still water on"] * (body.threshold > 1)
+        table.add_row(f"body {body.wall}", ", ".join(parts), "Huang et al. section 4.4")
     for zone in scene.damping:
         what = "velocity" if zone.density == "none" else f"velocity and density ({zone.density})"
         parts = [f"{zone.length:g} m", zone.profile, f"damps {what}"]
@@ -125,12 +130,12 @@ def print_plan(scene, name):
             zone.killing != "none"
         )
         table.add_row(f"{zone.side} layer", ", ".join(parts), "Molteni et al. eqs. (2.3), (2.4), section 2")
-    for kind in ("level", "pressure", "energy", "force"):
+    for kind in GAUGE_KINDS:
         count = sum(gauge.kind == kind for gauge in scene.gauges)
         if count:
             table.add_row("gauges", f"{count} x {kind}", "")
     out.print(table)
-    if palette is None:
+    if scene.wavemaker is None:
         omitted.append("wavemaker")
     if not scene.damping:
         omitted.append("absorbing layer")

@@ -260,8 +260,17 @@ class ForceGauge(Section):
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
-GAUGE_KINDS = ("level", "pressure", "energy", "force")
-GaugeSection = Annotated[LevelGauge | PressureGauge | EnergyGauge | ForceGauge, Field(discriminator="kind")]
+class BodyGauge(Section):
+    """Force on a body, its way, velocity and acceleration, and the work of the force."""
+
+    kind: Literal["body"]
+    name: str | None = Field(None, description="name of the table; default: kind and number")
+    wall: str = Field(description="wall of the body")
+    every: Positive = Field(0.01, description="sampling interval [s]")
+
+
+GAUGE_KINDS = ("level", "pressure", "energy", "force", "body")
+GaugeSection = Annotated[LevelGauge | PressureGauge | EnergyGauge | ForceGauge | BodyGauge, Field(discriminator="kind")]
 
 
 class Numerics(Section):
@@ -406,9 +415,15 @@ class Scene(Section):
             return None
         if wave.kind == "regular":
             return dispersion(self.depth, self.domain.gravity, wave.period, wave.frequency, wave.wavelength).period
-        if getattr(wave, "spectrum", "") == "user":
+        if getattr(wave, "spectrum", "") == "table":
             return 1.0 / wave.frequencies[int(np.argmax(wave.densities))]
         return getattr(wave, "period", None)
+
+    @property
+    def endless_waves(self):
+        """Whether a wavemaker makes waves of a period without end."""
+        wave = self.wavemaker.wave if self.wavemaker else None
+        return wave is not None and (wave.kind in ("regular", "irregular") or getattr(wave, "cycles", 0) is None)
 
     @property
     def moved_sides(self):

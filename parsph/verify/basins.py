@@ -79,9 +79,8 @@ def pool_height(quick):
     scene = load_scene("pool", {"time.end": 12.0 if quick else 25.0})
     simulation = build(scene, Communicator())
     simulation.run()
-    maker = scene.wavemaker
-    period = maker.period
-    theory = flap_height(math.radians(maker.amplitude), period, scene.depth, scene.domain.gravity)
+    period = scene.wave_period
+    theory = flap_height(math.radians(scene.wavemaker.wave.angle), period, scene.depth, scene.domain.gravity)
     for gauge in simulation.observers:
         if gauge.columns == ("level [m]",) and 2 <= gauge.place[0] <= 4:
             t, level = gauge.record().T
@@ -121,7 +120,7 @@ def pool_absorption(quick):
         simulation = build(scene, Communicator())
         simulation.run()
         *levels, energy = (gauge.record() for gauge in simulation.observers)
-        period, t = scene.wavemaker.period, levels[0][:, 0]
+        period, t = scene.wave_period, levels[0][:, 0]
         energies[name] = energy[energy[:, 0] > 4 * period]
         records = np.array([level[:, 1] for level in levels])
         found = reflection(t, records, places, period, scene.depth, scene.domain.gravity, periods=4)

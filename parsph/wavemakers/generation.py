@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..waves import dispersion, near_field, second_order, transfer
+from ..waves import dispersion, near_field, second_order_full, transfer
 from .signals import Harmonics, Sampled, ramp
 
 
@@ -97,7 +97,7 @@ def _wavenumbers(frequencies, depth, gravity):
 
 
 def regular(height, wave, depth, hinge, order, duration_of_ramp, duration):
-    """Return the motion of the plate for regular waves, of first or second order (Madsen 1971), and the linear `Elevation`.
+    """Return the motion of the plate for regular waves, of first or second order, and the linear `Elevation`.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def regular(height, wave, depth, hinge, order, duration_of_ramp, duration):
     depth, hinge, duration_of_ramp, duration
         As `linear`.
     order : int
-        2: with the second harmonic that cancels the free second harmonic of the waves.
+        2: with the second harmonic that cancels the free second harmonic of the waves (`parsph.waves.second_order_full`).
     """
     kd, w = wave.wavenumber * depth, 2 * math.pi / wave.period
     far = transfer(kd, hinge)
@@ -116,7 +116,7 @@ def regular(height, wave, depth, hinge, order, duration_of_ramp, duration):
     elevation = Elevation(first, np.array([wave.wavenumber]), np.array([far]), depth, hinge)
     if order == 1:
         return first, elevation
-    second = second_order(height, kd, depth, hinge)
+    second = second_order_full(height, kd, depth, hinge)
     both = np.array([*amplitudes, abs(second)]), np.array([w, 2 * w]), np.array([0.0, np.angle(second)])
     return Harmonics(*both, duration_of_ramp, duration), elevation
 
@@ -134,3 +134,10 @@ def solitary(wave, start):
     motion = Sampled(t + start, way)
     middle = float(np.interp(0.5 * way[-1], way, t))  # the crest is at the plate, X = 0, at half of the way
     return motion, SolitaryElevation(wave, start + middle - 0.5 * way[-1] / wave.celerity)
+
+
+def mean_shape(hinge):
+    """Return how much water a plate moves over what a piston of the same way at the still-water level moves."""
+    if hinge is None:
+        return 1.0
+    return 0.5 * (1.0 - hinge) if hinge >= 0.0 else (0.5 - hinge) / (1.0 - hinge)

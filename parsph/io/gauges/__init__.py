@@ -6,12 +6,13 @@ does not depend on the number of ranks.
 
 from .base import Gauge, column_sums, fluid_near, gathered, particles_near, total_of_columns
 from .energy import EnergyGauge
-from .forces import ForceGauge
+from .forces import BodyGauge, ForceGauge, force_on
 from .levels import DepthGauge, LevelGauge
 from .pressures import COVERED, PressureGauge, pressures_at
 
 __all__ = [
     "COVERED",
+    "BodyGauge",
     "DepthGauge",
     "EnergyGauge",
     "ForceGauge",
@@ -20,6 +21,7 @@ __all__ = [
     "PressureGauge",
     "column_sums",
     "fluid_near",
+    "force_on",
     "gathered",
     "particles_near",
     "pressures_at",

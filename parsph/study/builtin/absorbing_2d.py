@@ -52,7 +52,7 @@ def study(quick):
         Group("layers", "pool", waves, {"length": lengths, "variant": variants}),
     ]
     if not quick:
-        single = {**settings, "wavemaker.motion": "single", "wavemaker.ramp": 0.0}
+        single = {**settings, "wavemaker.wave.cycles": 1, "wavemaker.wave.ramp": 0.0}
         ten = {**single, "gauges": [*({"kind": "level", "x": 0.3 + 0.6 * k} for k in range(10)), gauges[-1]]}
         some = {name: variants[name] for name in IMPULSES}
         two = {name: lengths[name] for name in ("1/2", "1")}

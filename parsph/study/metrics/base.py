@@ -40,11 +40,11 @@ class Metric:
         """Raise SceneError when a scene lacks what this metric needs."""
         kinds = [gauge.kind for gauge in scene.gauges]
         where = f"metric {self.name}"
-        if self.needs == "waves" and scene.wavemaker is None:
+        if self.needs == "waves" and scene.wave_period is None:
             raise SceneError("needs a wavemaker", where=where, why="its period is that of the waves", cure="another scene")
         if self.needs == "waves":
             places = [gauge.x for gauge in scene.gauges if gauge.kind == "level" and gauge.x >= FAR * scene.depth]
-            period = scene.wavemaker.period
+            period = scene.wave_period
             analysis.check_gauges(places, period, scene.depth, scene.domain.gravity)
             if scene.time.end < PERIODS * period:
                 cure = f"time.end of at least {PERIODS * period:.3g} s"

@@ -4,6 +4,7 @@ import numpy as np
 
 from ... import analysis
 from ...errors import SceneError
+from ...scene.load import load_scene
 from .base import FAR, PERIODS, energy_record, metric
 
 START_UP = 4  # periods before waves are compared: front, layer and back again
@@ -25,7 +26,7 @@ def separated(results):
     """Return the `Separation` of a run, over its last four periods, from the gauges that are far from the wavemaker."""
     t, levels, x, _ = results.levels()
     depth, gravity = results.depth, results.scene["domain"]["gravity"]
-    period = results.scene["wavemaker"]["period"]
+    period = load_scene(results.scene).wave_period
     far = x >= FAR * depth
     return analysis.reflection(t, levels[far], x[far], period, depth, gravity, periods=PERIODS)
 
@@ -65,10 +66,10 @@ def _energies(results, reference):
     t, energy = theirs["time [s]"], theirs["kinetic energy [J]"]
     _same_times(mine["time [s]"], t)
     difference = mine["kinetic energy [J]"] - energy
-    maker = results.scene["wavemaker"]
-    if maker is None or maker["motion"] == "single":
+    scene = load_scene(results.scene)
+    if not scene.endless_waves:
         return difference, energy.max()
-    late = t > START_UP * maker["period"]
+    late = t > START_UP * scene.wave_period
     return difference[late], energy[late].mean()
 
 

@@ -1,0 +1,260 @@
+"""The physics of what makes waves and of what they move: whether a wave can be, and whether the plate and the tank can do it."""
+
+import math
+
+import numpy as np
+
+from ..errors import SceneError, did_you_mean
+from ..waves import HIGHEST_SOLITARY, breaking_height, miche
+from ..wavemakers.series import ANGLES
+from .movers import bed_of, hinge_of, maker_of, place_of, wave_of
+from .schema import SIDES
+
+LONGEST_STROKE = 0.25  # of the free length of water
+HIGHEST_OF_MANY = 1.86  # highest of a thousand irregular waves over Hs, Rayleigh (Longuet-Higgins 1952)
+
+
+def maker_faults(scene):
+    """Return what is wrong with the wavemaker, a list of SceneError."""
+    maker = scene.wavemaker
+    if maker is None:
+        return []
+    if scene.dim == 1:
+        cure = "leave it out, or domain.size = [x, up]"
+        return [SceneError("a wavemaker needs two dimensions", where="wavemaker.kind", cure=cure)]
+    if scene.domain.periodic:
+        why = "the vertical is periodic"
+        return [SceneError("there is no bed to hinge it at", where="wavemaker", why=why, cure="leave it out")]
+    if scene.domain.gravity == 0 or scene.depth <= 0:
+        why = "waves need depth under gravity"
+        return [SceneError("has no water to move", where="wavemaker", why=why, cure="domain.gravity > 0, and fluid")]
+    faults = _plate(scene) or _wave(scene)
+    if faults:
+        return faults
+    try:
+        plate = maker_of(scene)
+    except SceneError as error:
+        where = f"wavemaker.wave.{error.where}" if maker.wave.kind != "series" else f"wavemaker.wave.file: {error.where}"
+        return [SceneError(error.what, where=where, why=error.why, cure=error.cure)]
+    return _absorption(scene, plate) + _stroke(scene, plate)
+
+
+def _plate(scene):
+    """Faults of the plate itself."""
+    maker, faults = scene.wavemaker, []
+    if maker.wall == "left":
+        if scene.walls.left is None:
+            why = "the plate is that wall: slip is taken from it"
+            faults.append(SceneError("is missing", where="walls.left", why=why, cure="[walls] left = {}"))
+    else:
+        faults += _named(scene, maker.wall, "wavemaker.wall", ["left"])
+        if maker.wall in scene.wall_names:
+            low = min(z for _, z in scene.lines[scene.wall_names.index(maker.wall)].points)
+            if maker.kind == "flap" and maker.hinge is not None and maker.hinge > low:
+                why = f"a polygon wall turns as a whole, and this one begins at {low:g} m"
+                cure = f"at most {low:g} m, and a wall of its own for what stands still below the hinge"
+                faults.append(SceneError(f"{maker.hinge:g} m is inside the wall", "wavemaker.hinge", why, cure))
+    if maker.kind == "piston" and maker.hinge is not None:
+        faults.append(SceneError("a piston has no hinge", where="wavemaker.hinge", cure='kind = "flap", or leave it out'))
+    if maker.kind == "flap" and not hinge_of(scene) < scene.level:
+        cure = f"below {scene.level:g} m; {bed_of(scene):g} m is the bed"
+        faults.append(SceneError("the hinge is not under water", where="wavemaker.hinge", cure=cure))
+    return faults
+
+
+def _named(scene, wall, where, sides):
+    """Faults of the name of a wall that something shall move."""
+    names = [*sides, *(name for name in scene.wall_names if name not in SIDES)]
+    if wall not in names:
+        cure = f"{did_you_mean(wall, names)}one of: {', '.join(names)}"
+        return [SceneError(f"no wall {wall!r} that can move", where=where, cure=cure)]
+    if wall not in SIDES and scene.dim != 2:
+        return [SceneError("polygon walls are for 2D", where=where, cure="a side of the domain")]
+    own = scene.lines[scene.wall_names.index(wall)] if wall in scene.wall_names else None
+    if own is not None and (own.motion or own.bulge):
+        why, cure = "it has a motion of its own", f"leave out the motion or bulge of {wall!r}"
+        return [SceneError(f"{wall!r} cannot be moved", where=where, why=why, cure=cure)]
+    return []
+
+
+def _wave(scene):
+    """Faults of the wave that is asked for."""
+    return _WAVES[scene.wavemaker.wave.kind](scene, scene.wavemaker.wave, "wavemaker.wave")
+
+
+def _oscillation(scene, wave, where):
+    if (wave.angle is None) == (wave.stroke is None):
+        return [SceneError("needs one of angle and stroke", where=where, cure="angle [degrees], or stroke [m]")]
+    if wave.angle is not None and scene.wavemaker.kind == "piston":
+        return [SceneError("a piston has no angle", where=f"{where}.angle", cure="stroke [m]")]
+    if wave.angle is not None and scene.wavemaker.absorption:
+        why, cure = "absorption is told in ways of the plate at the still-water level", "stroke [m]"
+        return [SceneError("does not go with absorption", where=f"{where}.angle", why=why, cure=cure)]
+    return []
+
+
+def _regular(scene, wave, where):
+    try:
+        linear = wave_of(scene, wave)
+    except SceneError as error:
+        return [SceneError(error.what, where=where, why=error.why, cure=error.cure)]
+    return broken(wave.height, linear, scene.depth, f"{where}.height")
+
+
+def broken(height, linear, depth, where):
+    """Return the fault of a regular wave that breaks, in a list."""
+    highest = breaking_height(depth, linear.wavelength)
+    if height <= highest:
+        return []
+    why = f"waves of {linear.period:.3g} s ({linear.wavelength:.3g} m) on {depth:g} m of water break (Miche 1944)"
+    return [SceneError(f"{height:g} m is beyond breaking", where=where, why=why, cure=f"at most {highest:.3g} m")]
+
+
+def _irregular(scene, wave, where):
+    faults = _spectrum(wave, where)
+    if faults:
+        return faults
+    if wave.height is None and wave.spectrum != "table":
+        return [SceneError("is missing", where=f"{where}.height", cure="significant wave height [m]")]
+    if wave.height is None:
+        return []
+    peak = _dispersion(scene)
+    highest = breaking_height(scene.depth, peak.wavelength)
+    if HIGHEST_OF_MANY * wave.height > highest:
+        why = f"the highest of a thousand waves is {HIGHEST_OF_MANY} Hs, and waves of Tp break at {highest:.3g} m (Miche 1944)"
+        cure = f"at most {highest / HIGHEST_OF_MANY:.3g} m"
+        return [SceneError(f"{wave.height:g} m is beyond breaking", where=f"{where}.height", why=why, cure=cure)]
+    return []
+
+
+def _focused(scene, wave, where):
+    faults = _spectrum(wave, where)
+    if faults:
+        return faults
+    peak = _dispersion(scene)
+    highest = breaking_height(scene.depth, peak.wavelength)
+    if wave.crest > 0.6 * highest:
+        why = f"waves of Tp break at {highest:.3g} m (Miche 1944), and crests have 0.6 of a high wave"
+        return [SceneError(f"{wave.crest:g} m is beyond breaking", f"{where}.crest", why, f"at most {0.6 * highest:.3g} m")]
+    earliest = wave.place / peak.group_speed
+    if wave.time < earliest:
+        why = f"its energy needs {earliest:.3g} s to {wave.place:g} m (group speed {peak.group_speed:.3g} m/s)"
+        return [SceneError(f"{wave.time:g} s is too early", where=f"{where}.time", why=why, cure=f"at least {earliest:.3g} s")]
+    return []
+
+
+def _spectrum(wave, where):
+    """Faults of the keys of a spectrum."""
+    of_table, faults = wave.spectrum == "table", []
+    for key in ("frequencies", "densities"):
+        if (getattr(wave, key) is not None) != of_table:
+            what, cure = ("is missing", "a list") if of_table else ("is for spectrum table", 'spectrum = "table", or leave it out')
+            faults.append(SceneError(what, where=f"{where}.{key}", cure=cure))
+    if (wave.period is None) != of_table:
+        what, cure = ("has no meaning here", "leave it out") if of_table else ("is missing", "peak period Tp [s]")
+        faults.append(SceneError(what, where=f"{where}.period", cure=cure))
+    if of_table and not faults:
+        if len(wave.frequencies) != len(wave.densities) or (np.diff(wave.frequencies) <= 0).any() or not any(wave.densities):
+            cure = "as many densities as increasing frequencies, not all of them 0"
+            faults.append(SceneError("is no spectrum", where=f"{where}.frequencies, densities", cure=cure))
+    return faults
+
+
+def _solitary(scene, wave, where):
+    if scene.wavemaker.kind != "piston":
+        why, cure = "a flap moves water at the surface more than at the bed, a solitary wave does not", 'kind = "piston"'
+        return [SceneError("needs a piston", where="wavemaker.kind", why=why, cure=cure)]
+    highest = HIGHEST_SOLITARY * scene.depth
+    if wave.height > highest:
+        why = f"solitary waves on {scene.depth:g} m of water break at {HIGHEST_SOLITARY} depths"
+        return [SceneError(f"{wave.height:g} m is beyond breaking", f"{where}.height", why, f"at most {highest:.3g} m")]
+    return []
+
+
+def _series(scene, wave, where):
+    if wave.unit in ANGLES and scene.wavemaker.kind == "piston":
+        return [SceneError("a piston has no angle", where=f"{where}.unit", cure="a unit of length, as m")]
+    return []
+
+
+_WAVES = {
+    "oscillation": _oscillation,
+    "regular": _regular,
+    "irregular": _irregular,
+    "focused": _focused,
+    "solitary": _solitary,
+    "series": _series,
+}
+
+
+def _dispersion(scene):
+    from ..waves import dispersion
+
+    return dispersion(scene.depth, scene.domain.gravity, period=scene.wave_period)
+
+
+def _absorption(scene, plate):
+    """Faults of active absorption."""
+    keys, where = scene.wavemaker.absorption, "wavemaker.absorption"
+    if keys is None:
+        return []
+    if plate.expected is None:
+        why = "the level that the plate's own waves should have is not known"
+        return [SceneError("needs waves that are known", where=where, why=why, cure="regular, irregular, focused or solitary waves")]
+    gap = place_of(scene) + (keys.distance or scene.reach)
+    if gap > scene.domain.size[0]:
+        cure = f"at most {scene.domain.size[0] - place_of(scene):.3g} m"
+        return [SceneError(f"its gauge stands at {gap:g} m", where=f"{where}.distance", why="that is behind the tank", cure=cure)]
+    return []
+
+
+def _stroke(scene, plate):
+    """Faults of a plate that swings too far."""
+    where = {"oscillation": "angle" if scene.wavemaker.wave.kind == "oscillation" and scene.wavemaker.wave.angle else "stroke"}
+    kind = scene.wavemaker.wave.kind
+    key = where.get(kind, {"focused": "crest", "series": "file"}.get(kind, "height"))
+    top = scene.domain.size[-1]
+    least, largest = plate.motion.reach(top)
+    water = max(block.high[0] for block in scene.fluid.blocks) - place_of(scene)
+    free = min([water] + [zone.length for zone in scene.damping if zone.side == "left"])
+    span = max(abs(least), abs(largest))
+    if scene.wavemaker.kind == "flap":
+        lean = math.degrees(math.atan2(span, top - hinge_of(scene)))
+        if lean > 45:
+            why = f"the flap would lean by {lean:.3g} degrees"
+            cure = "at most 45 degrees: lower or longer waves, a deeper hinge, or a piston"
+            return [SceneError("is beyond the flap's reach", where=f"wavemaker.wave.{key}", why=why, cure=cure)]
+    if span > LONGEST_STROKE * free:
+        why = f"the plate swings {span:.3g} m at the domain's top, in {free:.3g} m of water"
+        cure = f"at most {LONGEST_STROKE * free:.3g} m, a quarter of the length: lower waves, or a longer tank"
+        return [SceneError("stroke too long", where=f"wavemaker.wave.{key}", why=why, cure=cure)]
+    return []
+
+
+def body_faults(scene):
+    """Return what is wrong with the bodies, a list of SceneError."""
+    faults, taken = [], [scene.wavemaker.wall] if scene.wavemaker else []
+    for number, body in enumerate(scene.bodies):
+        where = f"bodies.{number}"
+        if scene.dim != 2:
+            faults.append(SceneError("bodies are for 2D", where=where, cure="leave it out"))
+            continue
+        named = _named(scene, body.wall, f"{where}.wall", [side for side in ("left", "right") if side in scene.sides])
+        faults += named
+        if body.wall in taken:
+            faults.append(SceneError(f"{body.wall!r} is moved already", where=f"{where}.wall", cure="another wall"))
+        taken.append(body.wall)
+        if not any(body.direction):
+            faults.append(SceneError("has no length", where=f"{where}.direction", cure="as [1.0, 0.0]"))
+        elif body.wall in SIDES and body.direction[1] != 0:
+            why, cure = "the side of the domain stays upright and long enough", "[1.0, 0.0]"
+            faults.append(SceneError("is not along x", where=f"{where}.direction", why=why, cure=cure))
+        if not body.stops[0] <= 0 <= body.stops[1] or body.stops[0] == body.stops[1]:
+            cure = "least and largest way, as [-0.1, 0.5] [m]; it begins at 0"
+            faults.append(SceneError("must hold 0", where=f"{where}.stops", cure=cure))
+        added = scene.fluid.rho0 * scene.numerics.dx * scene.depth
+        if not named and body.mass < added:
+            why = "the water that its acceleration is felt in within a step weighs more, which is unstable"
+            cure = f"at least {added:.3g} kg/m, rho0 dx depth; or a finer numerics.dx"
+            faults.append(SceneError(f"{body.mass:g} kg/m is too light", where=f"{where}.mass", why=why, cure=cure))
+    return faults
