@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from . import __version__, parallel
-from .errors import ParsphError, paragraph
+from .errors import ParsphError, SceneError, paragraph
 from .parallel import Communicator
 
 app = typer.Typer(
@@ -197,6 +197,35 @@ def plot(
     from .examine import plot as plot_run
 
     plot_run(folder, out, field, snapshot)
+
+
+@app.command()
+def waves(
+    depth: Annotated[float, typer.Option(help="Still-water depth [m].")],
+    height: Annotated[float | None, typer.Option(help="Wave height [m].")] = None,
+    period: Annotated[float | None, typer.Option(help="Period [s].")] = None,
+    frequency: Annotated[float | None, typer.Option(help="Frequency [Hz], instead.")] = None,
+    wavelength: Annotated[float | None, typer.Option(help="Wavelength [m], instead.")] = None,
+    gravity: Annotated[float, typer.Option(help="Gravity [m/s^2].")] = 9.81,
+    solitary: Annotated[bool, typer.Option("--solitary", help="A solitary wave of that height.")] = False,
+):
+    """Print what theory says of a wave: lengths, speeds, limits, what paddles need; of a solitary one also what a wall gets."""
+    from rich.table import Table
+
+    from .progress import console
+    from .waves import describe, describe_solitary
+
+    if solitary:
+        if height is None or {period, frequency, wavelength} != {None}:
+            why = "a solitary wave has a height and neither period nor length"
+            raise SceneError("needs --height alone", "--solitary", why, "parsph waves --solitary --depth 1 --height 0.2")
+        rows = describe_solitary(depth, gravity, height)
+    else:
+        rows = describe(depth, gravity, height, period, frequency, wavelength)
+    table = Table("quantity", "value", "unit")
+    for quantity, value, unit in rows:
+        table.add_row(quantity, value if isinstance(value, str) else f"{value:.5g}", unit)
+    console().print(table, markup=False)
 
 
 @app.command()

@@ -26,7 +26,7 @@ def transfer(kd, hinge=None):
 
     ``H/S = 4 sinh kd / (sinh 2kd + 2kd) k int_0^d f(z) cosh(kz) dz`` and, with the hinge at the height ``h = e d``,
     ``k int f cosh(kz) dz = sinh kd - (cosh kd - cosh(max(e, 0) kd)) / ((1 - e) kd)``: Biesel (1951), Dean & Dalrymple
-    eqs. (6.25), (6.26) for piston and flap. The piston is the flap whose hinge lies infinitely deep.
+    section 6.3 for piston and flap at the bed. The piston is the flap whose hinge lies infinitely deep.
 
     Parameters
     ----------
@@ -92,8 +92,8 @@ def near_field(kd, hinge=None, x_over_depth=0.0, modes=200):
     """Return the evanescent surface elevation over the paddle's amplitude S/2, in phase with the paddle's displacement.
 
     With ``xi = (S/2) sin wt`` the whole linear elevation is ``(H/2) cos(kx - wt) + E(x) (S/2) sin wt``,
-    ``E = sum_n 4 sin(k_n d) k_n int_0^d f(z) cos(k_n z) dz / (2 k_n d + sin 2 k_n d) exp(-k_n x)``: Dean & Dalrymple eq. (6.20)
-    and the condition ``u = dX/dt`` at x = 0.
+    ``E = sum_n 4 sin(k_n d) k_n int_0^d f(z) cos(k_n z) dz / (2 k_n d + sin 2 k_n d) exp(-k_n x)``: Dean & Dalrymple section 6.3
+    with the condition ``u = dX/dt`` at x = 0.
 
     Parameters
     ----------
@@ -163,8 +163,8 @@ def second_order_full(height, kd, depth, hinge=None, modes=100):
     """Return the complex amplitude of the second harmonic with which a paddle sends out no free one, on any depth.
 
     ``xi = (S/2) sin wt + Im[E2 exp(2iwt)]``, so that a real E2 is Madsen's e2. As in Schaeffer (1996) for one frequency, here
-    by Green's identity with the free mode. With first-order modes ``phi = Re sum_n b_n cos(k_n z)/cos(k_n d) exp(-k_n x + iwt)``,
-    ``k_0 = ik``, the second-order potential has at the surface the forcing
+    by Green's identity with the free mode. With the first order's
+    ``phi = Re sum_n b_n cos(k_n z)/cos(k_n d) exp(-k_n x + iwt)``, ``k_0 = ik``, the second-order potential has at the surface the forcing
 
     ``Q = -iw sum_nm b_n b_m (k_n k_m + (k_n^2 + k_m^2)/4 + 3/2 (w^2/g)^2) exp(-(k_n + k_m) x)``
 

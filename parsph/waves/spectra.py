@@ -1,8 +1,8 @@
 """Irregular waves: spectra, the components that stand for one, and focused groups.
 
 Sources: Hasselmann et al. (1973), Measurements of wind-wave growth and swell decay during the Joint North Sea Wave Project,
-Dt. Hydrogr. Z. Suppl. A8(12); Pierson & Moskowitz (1964), J. Geophys. Res. 69, 5181-5190; Goda (2010), Random seas and design of
-maritime structures, 3rd ed., World Scientific, sections 2.3, 10.2; Tromans, Anaturk & Hagemeijer (1991), A new model for the
+Dt. Hydrogr. Z. Suppl. A8(12); Pierson & Moskowitz (1964), J. Geophys. Res. 69, 5181-5190; Goda (2010), Random seas and design
+of maritime structures, 3rd ed., World Scientific; Tromans, Anaturk & Hagemeijer (1991), A new model for the
 kinematics of large ocean waves, Proc. 1st ISOPE Conf. III, 64-71, for focused groups.
 """
 
@@ -160,7 +160,7 @@ def components(spectrum, low, high, count, seed=0, jitter=True):
 
     The band is cut into `count` equal steps df with one wave in each, ``a = sqrt(2 S df)``; the phases alone are random, and
     the amplitudes are scaled so that their energy is the spectrum's, Hs^2/16, exactly. Equal steps resolve the tails as well as
-    the peak, where equal energies leave the low frequencies to a few waves whose beat shows (Goda 2010, section 10.2). Waves in
+    the peak, where equal energies leave the low frequencies to a few waves whose beat shows (see Goda 2010). Waves in
     the middle of each step would repeat their record after 1/df; so each stands at a random place in its step, which never
     repeats. A record of the duration D still needs steps below 1/D, ``count > D (high - low)``, to have as many degrees of
     freedom as the sea.
@@ -197,7 +197,8 @@ def components(spectrum, low, high, count, seed=0, jitter=True):
 def focused(spectrum, crest, low, high, count, place, time, depth, gravity):
     """Return linear waves that meet crest on crest at one place and time.
 
-    ``a_i = A S(f_i) df / sum_j S(f_j) df``: NewWave, the mean shape of a high crest in the spectrum's sea, Tromans et al. (1991).
+    ``a_i = A S(f_i) df / sum_j S(f_j) df``: NewWave, the mean shape of a high crest in the spectrum's sea, Tromans et al.
+    (1991).
 
     Parameters
     ----------
