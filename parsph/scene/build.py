@@ -10,7 +10,7 @@ from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
 from ..domain.domain import end_columns
 from ..gradients import DensityFilter, Gradients
-from ..io.gauges import DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge
+from ..io.gauges import DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge, RunupGauge
 from ..io.snapshots import SnapshotWriter
 from ..io.tables import table_name
 from ..moments import Correction, Moments
@@ -34,11 +34,11 @@ from ..terms import (
     Terms,
 )
 from ..walls import MirrorWall, PeriodicBorder
-from ..wavemakers import Palette
+from ..wavemakers import Palette, Placement
 from ..waves import Seiche, phase_speed, pulse
 from .load import scene_text
 from .schema import SIDES
-from .solids import boundaries_of, fillings_of, ghosts_of, markers_of
+from .solids import ascent_of, fillings_of, ghosts_of, markers_of, motion_of, surface_of
 
 
 def build(scene, communicator=None, folder=None):
@@ -238,9 +238,13 @@ def gauges_of(scene, folder):
             place = (gauge.x,) if gauge.y is None else (gauge.x, gauge.y)
             gauges.append(LevelGauge(*head, place, (low, high), folder))
         elif gauge.kind == "pressure":
-            gauges.append(PressureGauge(*head, _along(gauge, 0.5 * scene.numerics.dx), folder))
+            motion = wall_motion(scene, gauge.wall)
+            gauges.append(PressureGauge(*head, _along(gauge, 0.5 * scene.numerics.dx), motion, folder))
         elif gauge.kind == "force":
-            gauges.append(ForceGauge(*head, *_surface(scene, gauge.wall), gauge.about, folder))
+            motion = wall_motion(scene, gauge.wall)
+            gauges.append(ForceGauge(*head, *surface_of(scene, gauge.wall), motion, gauge.about, folder))
+        elif gauge.kind == "runup":
+            gauges.append(RunupGauge(*head, ascent_of(scene, gauge), wall_motion(scene, gauge.wall), folder))
         else:
             gauges.append(EnergyGauge(*head, gauge.low or open_low, gauge.high or open_high, folder))
     return gauges
@@ -255,22 +259,23 @@ def _along(gauge, spacing):
     return np.array(gauge.point) + ((np.arange(count) + 0.5) / count - 0.5)[:, None] * extent
 
 
-def _surface(scene, name):
-    """Return the surface of a wall in pieces: midpoints [m], normals into the fluid, lengths [m]; and what moves it or None."""
+class _Plate:
+    """The wavemaker's plate as a body that turns about its hinge."""
+
+    def __init__(self, palette):
+        self.palette = palette
+
+    def at(self, time):
+        """Return the `Placement` at `time` [s]; leaning towards +x is clockwise."""
+        now, still = self.palette.at(time), np.zeros(2)
+        return Placement(np.array(self.palette.hinge), still, still, still, -now.angle, -now.rate, -now.acceleration)
+
+
+def wall_motion(scene, name):
+    """Return what moves the wall of that name, None where there is no such wall or it stands still."""
     if name in scene.wall_names:
-        number = scene.wall_names.index(name)
-        for boundary, motion in boundaries_of(scene):
-            if number in boundary.outlines:
-                return *boundary.elements(number), motion
-    size = scene.domain.size
-    axis, direction = SIDES[name][0] % 2, SIDES[name][1]
-    across = 1 - axis
-    count = max(1, round(size[across] / scene.numerics.dx))
-    points, normals = np.zeros((count, 2)), np.zeros((count, 2))
-    points[:, across] = (np.arange(count) + 0.5) * size[across] / count
-    points[:, axis] = 0.0 if direction > 0 else size[axis]
-    normals[:, axis] = direction
-    return points, normals, np.full(count, size[across] / count), None
+        return motion_of(scene, scene.wall_names.index(name))
+    return _Plate(palette_of(scene)) if name == "left" and scene.wavemaker else None
 
 
 def _zone(scene, zone):

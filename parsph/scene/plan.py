@@ -13,6 +13,7 @@ from ..stepping import INTEGRATORS, time_step_limit
 from ..terms import FILTERS
 from ..walls import INTERPOLATORS, TREATMENTS
 from .build import borders_of, palette_of, state_of, terms_of, walls_of
+from .schema import GAUGE_KINDS
 from .solids import fillings_of, markers_of, outlines_of
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
@@ -125,7 +126,7 @@ def print_plan(scene, name):
             zone.killing != "none"
         )
         table.add_row(f"{zone.side} layer", ", ".join(parts), "Molteni et al. eqs. (2.3), (2.4), section 2")
-    for kind in ("level", "pressure", "energy", "force"):
+    for kind in GAUGE_KINDS:
         count = sum(gauge.kind == kind for gauge in scene.gauges)
         if count:
             table.add_row("gauges", f"{count} x {kind}", "")
