@@ -11,7 +11,7 @@ from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
 from ..domain.domain import end_columns
 from ..gradients import DensityFilter, Gradients
-from ..io.gauges import BodyGauge, DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge
+from ..io.gauges import BodyGauge, DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge, RunupGauge
 from ..io.snapshots import SnapshotWriter
 from ..io.tables import table_name
 from ..moments import Correction, Moments
@@ -40,7 +40,7 @@ from ..waves import Seiche, phase_speed, pulse
 from .load import scene_text
 from .movers import maker_of, place_of, relative_hinge
 from .schema import SIDES, SILL
-from .solids import boundaries_of, fillings_of, ghosts_of, markers_of, motions_of, still_force
+from .solids import ascent_of, fillings_of, ghosts_of, markers_of, motions_of, still_force, surface_of
 
 
 def build(scene, communicator=None, folder=None):
@@ -205,7 +205,7 @@ def movers_of(scene, maker, motions):
     movers, gravity, depth = [], scene.domain.gravity, scene.depth
     unit = math.sqrt(depth / gravity) if gravity > 0 and depth > 0 else 0.0
     for body in scene.bodies:
-        motion, surface = motions[body.wall], _surface(scene, body.wall, motions)[:3]
+        motion, surface = motions[body.wall], surface_of(scene, body.wall)
         still = still_force(scene, surface, motion.direction)
         preload = still if body.preload is None else body.preload
         numbers = body.mass, body.stiffness, body.damping, body.friction, (body.threshold - 1.0) * abs(still), preload
@@ -273,9 +273,11 @@ def gauges_of(scene, folder, motions, movers):
             place = (gauge.x,) if gauge.y is None else (gauge.x, gauge.y)
             gauges.append(LevelGauge(*head, place, (low, high), folder))
         elif gauge.kind == "pressure":
-            gauges.append(PressureGauge(*head, _along(gauge, 0.5 * scene.numerics.dx), folder))
+            gauges.append(PressureGauge(*head, _along(gauge, 0.5 * scene.numerics.dx), motions.get(gauge.wall), folder))
         elif gauge.kind == "force":
-            gauges.append(ForceGauge(*head, *_surface(scene, gauge.wall, motions), gauge.about, folder))
+            gauges.append(ForceGauge(*head, *surface_of(scene, gauge.wall), motions.get(gauge.wall), gauge.about, folder))
+        elif gauge.kind == "runup":
+            gauges.append(RunupGauge(*head, ascent_of(scene, gauge), motions.get(gauge.wall), folder))
         elif gauge.kind == "body":
             body = next(mover for mover in movers if isinstance(mover, MovableWall) and mover.name == gauge.wall)
             gauges.append(BodyGauge(*head, body, folder))
@@ -293,22 +295,6 @@ def _along(gauge, spacing):
     return np.array(gauge.point) + ((np.arange(count) + 0.5) / count - 0.5)[:, None] * extent
 
 
-def _surface(scene, name, motions):
-    """Return the surface of a wall in pieces: midpoints [m], normals into the fluid, lengths [m]; and what moves it or None."""
-    if name in scene.wall_names:
-        number = scene.wall_names.index(name)
-        for boundary, motion in boundaries_of(scene, motions):
-            if number in boundary.outlines:
-                return *boundary.elements(number), motion
-    size = scene.domain.size
-    axis, direction = SIDES[name][0] % 2, SIDES[name][1]
-    across = 1 - axis
-    count = max(1, round(size[across] / scene.numerics.dx))
-    points, normals = np.zeros((count, 2)), np.zeros((count, 2))
-    points[:, across] = (np.arange(count) + 0.5) * size[across] / count
-    points[:, axis] = 0.0 if direction > 0 else size[axis]
-    normals[:, axis] = direction
-    return points, normals, np.full(count, size[across] / count), motions.get(name)
 
 
 def _zone(scene, zone):

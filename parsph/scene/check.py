@@ -10,7 +10,7 @@ from ..stepping import INTEGRATORS, VISCOUS_LIMIT, time_step_limit
 from ..walls import REPULSIONS, TREATMENTS
 from .check_waves import body_faults, maker_faults
 from .schema import SIDES
-from .solids import fillings_of, polygon_faults, wall_faults
+from .solids import ascents_of, fillings_of, polygon_faults, wall_faults
 
 _ONLY_SHALLOW = 'numerics.state = "shallow", or leave it out'
 STRIP_H_OVER_DX = 1.7
@@ -291,7 +291,7 @@ def _periodic(scene):
             why = "there is no surface for a wave"
             faults.append(SceneError("cannot begin so", where=f"fluid.blocks.{number}.initial", why=why, cure='"still"'))
     for number, gauge in enumerate(scene.gauges):
-        if gauge.kind == "level":
+        if gauge.kind in ("level", "runup"):
             why = "the vertical is periodic"
             faults.append(SceneError("there is no surface", where=f"gauges.{number}", why=why, cure="another gauge"))
     for number, zone in enumerate(scene.damping):
@@ -386,27 +386,43 @@ def _gauges(scene):
                 cure = f"{did_you_mean(gauge.wall, bodies)}one of: {', '.join(bodies) or 'none in this scene'}"
                 faults.append(SceneError(f"no body {gauge.wall!r}", where=f"{where}.wall", cure=cure))
             continue
+        if gauge.kind in ("force", "runup") or (gauge.kind == "pressure" and gauge.wall is not None):
+            faults += _on_wall(scene, gauge, where)
         if gauge.kind == "force":
-            faults += _force(scene, gauge, where)
             continue
         if gauge.kind == "energy":
             if gauge.low and gauge.high and not all(a < b for a, b in zip(gauge.low, gauge.high, strict=True)):
                 faults.append(SceneError("the region is empty", where=where, cure="low < high in every direction"))
             continue
-        place = [gauge.x, *([gauge.y] if gauge.y is not None else [])] if gauge.kind == "level" else gauge.point
+        place = gauge.point if gauge.kind == "pressure" else [x for x in (gauge.x, getattr(gauge, "y", None)) if x is not None]
         for x, extent in zip(place, size, strict=False):
             if not 0 <= x <= extent:
                 faults.append(SceneError(f"{x:g} m lies outside the domain", where=where, cure=f"0 to {extent:g} m"))
     return faults
 
 
-def _force(scene, gauge, where):
-    """What is wrong with a force gauge."""
+def _on_wall(scene, gauge, where):
+    """What is wrong with a gauge that names a wall."""
+    kind = gauge.kind
     if scene.dim != 2:
-        return [SceneError("is for 2D", where=f"{where}.kind", cure="another gauge")]
-    names = list(scene.wall_names)
-    names += [side for side in scene.sides if scene.mirrors]
-    if gauge.wall in names:
-        return []
-    cure = f"{did_you_mean(gauge.wall, names)}one of: {', '.join(names) or 'none in this scene'}"
-    return [SceneError(f"no wall {gauge.wall!r}", where=f"{where}.wall", cure=cure)]
+        at, cure = ("wall", "leave it out") if kind == "pressure" else ("kind", "another gauge")
+        return [SceneError("is for 2D", where=f"{where}.{at}", cure=cure)]
+    names, sides = list(scene.wall_names), scene.sides if scene.mirrors else ()
+    names += [side for side in sides if kind != "runup" or SIDES[side][0] == 0]
+    if gauge.wall not in names:
+        cure = f"{did_you_mean(gauge.wall, names)}one of: {', '.join(names) or 'none in this scene'}"
+        return [SceneError(f"no wall {gauge.wall!r}", where=f"{where}.wall", cure=cure)]
+    return _runup(scene, gauge, where) if kind == "runup" and not scene.domain.periodic else []
+
+
+def _runup(scene, gauge, where):
+    """What is wrong with a gauge of run-up on a wall that is there."""
+    places = [ascent.x for ascent in ascents_of(scene, gauge.wall)]
+    if not places:
+        why = f"no part of {gauge.wall!r} rises from the still-water level, {scene.level:g} m, or above it"
+        return [SceneError("nothing to run up", where=f"{where}.wall", why=why, cure="a wall that reaches out of the water")]
+    if len(places) > 1 and gauge.x is None:
+        why = f"still water meets {gauge.wall!r} at x = {', '.join(f'{x:.4g}' for x in places)} m"
+        cure = f"the one that is meant, as x = {places[-1]:.4g}"
+        return [SceneError("is missing", where=f"{where}.x", why=why, cure=cure)]
+    return []

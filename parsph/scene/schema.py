@@ -237,6 +237,9 @@ class PressureGauge(Section):
     name: str | None = Field(None, description="name of the table; default: kind and number")
     point: Vector = Field(description="position [m]; the middle, where there is an extent")
     extent: Vector | None = Field(None, description="from end to end of the line that is averaged over [m]; default: a point")
+    wall: str | None = Field(
+        None, description="what it is fixed to and moves with: a polygon wall, or a side with a wall (2D); default: nothing"
+    )
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
@@ -260,6 +263,18 @@ class ForceGauge(Section):
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
+class RunupGauge(Section):
+    """Run-up and shoreline: how far up a wall the water reaches (2D)."""
+
+    kind: Literal["runup"]
+    name: str | None = Field(None, description="name of the table; default: kind and number")
+    wall: str = Field(description="name of a polygon wall, or a side of the domain: left, right")
+    x: float | None = Field(
+        None, description="near which place still water meets the wall that is meant [m]; needed where there are several"
+    )
+    every: Positive = Field(0.02, description="sampling interval [s]")
+
+
 class BodyGauge(Section):
     """Force on a body, its way, velocity and acceleration, and the work of the force."""
 
@@ -269,8 +284,10 @@ class BodyGauge(Section):
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
-GAUGE_KINDS = ("level", "pressure", "energy", "force", "body")
-GaugeSection = Annotated[LevelGauge | PressureGauge | EnergyGauge | ForceGauge | BodyGauge, Field(discriminator="kind")]
+GAUGE_KINDS = ("level", "pressure", "energy", "force", "runup", "body")
+GaugeSection = Annotated[
+    LevelGauge | PressureGauge | EnergyGauge | ForceGauge | RunupGauge | BodyGauge, Field(discriminator="kind")
+]
 
 
 class Numerics(Section):

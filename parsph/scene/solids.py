@@ -5,12 +5,15 @@ import math
 import numpy as np
 
 from ..errors import SceneError
+from ..io.gauges import ascents
 from ..walls import REPULSIONS, WEIGHTS, Barrier, FixedGhosts, Line, Lines, Markers, Strip
 from ..walls.mirror import SLIPS
 from ..wavemakers import Bulge, Swing
 from .lattice import Filling, Lattice
 from .movers import body_motions, maker_of
 from .schema import SIDES
+
+SAMPLES = 0.1  # spacings between the points of a wall that are looked at for run-up
 
 
 def motions_of(scene, maker=None):
@@ -135,6 +138,43 @@ def markers_of(scene, motions=None):
         scene.gravity,
         scene.c0,
     )
+
+
+def surface_of(scene, name, length=None):
+    """Return the surface of a wall at rest in pieces of about a `length` [m], by default dx, from end to end.
+
+    Returns
+    -------
+    tuple of ndarray
+        Midpoints [m], normals into the fluid, lengths [m], shapes (n, 2), (n, 2), (n,).
+    """
+    if name in scene.wall_names:
+        number = scene.wall_names.index(name)
+        for boundary, _ in boundaries_of(scene):
+            if number in boundary.outlines:
+                return boundary.elements(number, length)
+    size = scene.domain.size
+    axis, direction = SIDES[name][0] % 2, SIDES[name][1]
+    across = 1 - axis
+    begin = scene.sill or 0.0 if name == "left" else 0.0  # what lies below a flap's hinge is another wall
+    extent = size[across] - begin
+    count = max(1, round(extent / (length or scene.numerics.dx)))
+    points, normals = np.zeros((count, 2)), np.zeros((count, 2))
+    points[:, across] = begin + (np.arange(count) + 0.5) * extent / count
+    points[:, axis] = 0.0 if direction > 0 else size[axis]
+    normals[:, axis] = direction
+    return points, normals, np.full(count, extent / count)
+
+
+def ascents_of(scene, name):
+    """Return the ways up a wall, one for each place where still water meets it (`parsph.io.gauges.ascents`)."""
+    return ascents(*surface_of(scene, name, SAMPLES * scene.numerics.dx), scene.level)
+
+
+def ascent_of(scene, gauge):
+    """Return the way up a wall that a gauge of run-up means."""
+    found = ascents_of(scene, gauge.wall)
+    return found[0] if gauge.x is None else min(found, key=lambda ascent: abs(ascent.x - gauge.x))
 
 
 def fillings_of(scene):

@@ -25,6 +25,8 @@ GAUGES = [
     {"kind": "pressure", "point": [0.0, 0.06], "extent": [0.0, 0.1], "every": 0.005},
     {"kind": "force", "wall": "tank", "every": 0.005},
     {"kind": "energy", "every": 0.005},
+    {"kind": "runup", "wall": "tank", "x": 0.0, "every": 0.005},
+    {"kind": "runup", "wall": "tank", "x": 1.0, "every": 0.005},
 ]
 STRENGTHS = {"diffusion": "antuono", "viscosity": "monaghan", "alpha": 0.1, "spray": "pressureless"}
 
@@ -93,7 +95,8 @@ def test_polygon_walls_are_the_same_on_all_ranks_to_the_bit(communicator, monkey
     assert_same_run(mine, alone)
     np.testing.assert_array_equal(gathered(mine, "mass"), alone.field("mass"))
     assert_same_walls(mine, alone)
-    assert np.ptp(alone.observers[2].record()[:, 1]) > 0
+    for gauge in (alone.observers[2], *alone.observers[4:6]):
+        assert np.ptp(gauge.record()[:, 1]) > 0
     if communicator.rank == 0:
         assert all(len(gauge.record()) == round(alone.end / 0.005) + 1 for gauge in mine.observers)
 
@@ -103,6 +106,10 @@ def test_a_wall_that_swings_over_slab_borders_is_the_same_on_all_ranks_to_the_bi
     """Its ghosts and mirror points change columns and owners while it runs."""
     keys = scene(interpolation, (TANK, FLAP)).model_dump(exclude_unset=True)
     keys["fluid"] = {"blocks": [{"points": [[0.0, 0.0], [0.7, 0.0], [1.0, 0.2], [1.0, 0.28], [0.0, 0.28]]}]}
+    keys["gauges"] += [
+        {"kind": "runup", "wall": "flap", "x": 0.62, "every": 0.005},
+        {"kind": "pressure", "wall": "flap", "point": [0.48, 0.22], "every": 0.005},
+    ]
     keys = load_scene(keys)
     mine, alone, _ = both(keys, communicator, 0.5)
     ghosts, grid = alone.domain.ghosts, alone.domain.grid
@@ -116,6 +123,7 @@ def test_a_wall_that_swings_over_slab_borders_is_the_same_on_all_ranks_to_the_bi
     assert alone.steps > 25
     assert_same_run(mine, alone)
     assert_same_walls(mine, alone)
+    assert all((np.ptp(gauge.record()[:, 1:], axis=0) > 0).all() for gauge in alone.observers[-2:])
     np.testing.assert_array_equal(mine.domain.ghosts.position, ghosts.position)
 
 

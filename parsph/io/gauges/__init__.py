@@ -9,6 +9,7 @@ from .energy import EnergyGauge
 from .forces import BodyGauge, ForceGauge, force_on
 from .levels import DepthGauge, LevelGauge
 from .pressures import COVERED, PressureGauge, pressures_at
+from .runup import RunupGauge, ascents
 
 __all__ = [
     "COVERED",
@@ -19,6 +20,8 @@ __all__ = [
     "Gauge",
     "LevelGauge",
     "PressureGauge",
+    "RunupGauge",
+    "ascents",
     "column_sums",
     "fluid_near",
     "force_on",

@@ -62,16 +62,19 @@ class PressureGauge(Gauge):
     ----------
     points : ndarray, shape (n, dim)
         [m]
+    motion : object or None
+        What moves them, with the wall that they are fixed to: ``at(time)`` has ``place(points)``.
     """
 
     columns = ("pressure [Pa]",)
 
-    def __init__(self, name, every, points, folder=None):
+    def __init__(self, name, every, points, motion=None, folder=None):
         super().__init__(name, every, folder)
-        self.points = np.asarray(points, float)
+        self.points, self.motion = np.asarray(points, float), motion
 
     def measure(self, simulation):
-        pressures = pressures_at(simulation, self.points)
+        points = self.points if self.motion is None else self.motion.at(simulation.time).place(self.points)
+        pressures = pressures_at(simulation, points)
         return (
             ()
             if simulation.communicator.rank
