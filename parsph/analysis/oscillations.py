@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..errors import SceneError
 from .records import record_of, whole_periods
 
