@@ -126,12 +126,14 @@ def study(
         command.study(name, set_, jobs, ranks, resume, out, quick, row)
 
 
-analyse = typer.Typer(no_args_is_help=True, help="Analyse finished runs: waves, reflection, energies.")
+analyse = typer.Typer(no_args_is_help=True, help="Analyse finished runs: waves, spectra, reflection, decay, energies.")
 app.add_typer(analyse, name="analyse")
 
 RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of a run.")]
 GaugeNames = Annotated[list[str] | None, typer.Option("--gauge", help="Level gauges to use; default: all. Repeatable.")]
 Start = Annotated[float, typer.Option(help="Leave out what was before this time [s].")]
+Period = Annotated[float | None, typer.Option(help="Period [s]. Default: the wavemaker's.")]
+Periods = Annotated[int, typer.Option(min=1, help="So many periods at the end count.")]
 
 
 @analyse.command("waves")
@@ -147,8 +149,8 @@ def analyse_reflection(
     folder: RunFolder,
     gauge: GaugeNames = None,
     start: Start = 0.0,
-    period: Annotated[float | None, typer.Option(help="Period [s]. Default: the wavemaker's.")] = None,
-    periods: Annotated[int, typer.Option(min=1, help="So many periods at the end count.")] = 4,
+    period: Period = None,
+    periods: Periods = 4,
     spectrum: Annotated[
         tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Irregular waves between these frequencies [Hz].")
     ] = None,
@@ -158,6 +160,44 @@ def analyse_reflection(
     from .examine import reflection
 
     reflection(folder, gauge, start, period, periods, spectrum, json_file)
+
+
+@analyse.command("spectrum")
+def analyse_spectrum(
+    folder: RunFolder,
+    gauge: GaugeNames = None,
+    start: Start = 0.0,
+    band: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Frequencies that count [Hz]. Default: all.")
+    ] = None,
+    segments: Annotated[
+        int | None, typer.Option(min=1, help="Lengths to cut the record in. Default: of ten waves, eight at most.")
+    ] = None,
+    json_file: JsonFile = None,
+):
+    """Statistics of irregular waves at each level gauge: heights, periods and spectrum, drawn in DIR/figures."""
+    from .examine import spectrum
+
+    spectrum(folder, gauge, start, band, segments, json_file)
+
+
+@analyse.command("harmonics")
+def analyse_harmonics(
+    folder: RunFolder,
+    gauge: GaugeNames = None,
+    start: Start = 0.0,
+    period: Period = None,
+    count: Annotated[int, typer.Option(min=1, help="Number of harmonics.")] = 3,
+    periods: Periods = 4,
+    json_file: JsonFile = None,
+):
+    """Harmonics of regular waves along the tank, bound and free second harmonic, decay beside that of the viscosity.
+
+    Gauges should stand two depths from the wavemaker or more; those in absorbing layers count for the first table alone.
+    """
+    from .examine import harmonics
+
+    harmonics(folder, gauge, start, period, count, periods, json_file)
 
 
 @analyse.command("ratio")

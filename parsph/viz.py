@@ -264,6 +264,49 @@ def against(ax, x, curves, xlabel, ylabel, log_y=True, theory=None, bars=None):
     return lines
 
 
+def spectra(ax, curves, target=None):
+    """Draw variance densities against frequency; return the `ax`.
+
+    Parameters
+    ----------
+    curves : dict of str to (frequency, density)
+        [Hz], [m^2/Hz]; arrays of shape (n,).
+    target : (frequency, density), optional
+        What was asked for, a dashed black line.
+    """
+    if target is not None:
+        ax.plot(*_finite(None, target), color="black", linestyle="--", linewidth=0.9, label="target", zorder=3)
+    profile(ax, None, curves, "f [Hz]", "S [m$^2$/Hz]")
+    drawn = [_pair(None, curve) for curve in ([*curves.values()] if target is None else [*curves.values(), target])]
+    highest = max(density.max() for _, density in drawn)
+    ends = [frequency[density > 1e-3 * highest].max(initial=0.0) for frequency, density in drawn]
+    ax.set_xlim(0, 1.05 * max(ends) or None)  # what lies beyond is as good as nothing
+    ax.set_ylim(bottom=0)
+    return ax
+
+
+def harmonics(ax, x, amplitudes, decays=None, layers=()):
+    """Draw amplitudes of harmonics along the tank, logarithmic, so that an exponential decay is straight; return the `ax`.
+
+    Parameters
+    ----------
+    x : (gauges,) array
+        [m]
+    amplitudes : (gauges, count) array
+        Of the first harmonic and on [m]; those that are not positive are left out.
+    decays : dict of str to (x, amplitude), optional
+        Lines to compare the first with.
+    layers : sequence of (float, float)
+        Ranges of x [m] of absorbing layers, shaded.
+    """
+    amplitudes = np.asarray(amplitudes, dtype=float)
+    curves = {f"harmonic {n}": np.where(a > 0, a, np.nan) for n, a in enumerate(amplitudes.T, start=1)}
+    for layer in layers:
+        ax.axvspan(*layer, color="0.91", linewidth=0, zorder=0)
+    against(ax, x, curves, "x [m]", "amplitude [m]", theory=decays)
+    return ax
+
+
 def pareto(cost, error):
     """Return the rows, cheapest first, of the points that no other beats: none is as cheap and as good and better in one.
 

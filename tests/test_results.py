@@ -3,13 +3,14 @@
 import json
 import math
 import shutil
+import sys
 
 import h5py
 import numpy as np
 import pytest
 from helpers import parsph
 
-from parsph import waves
+from parsph import analysis, waves
 from parsph.errors import SceneError
 from parsph.examine import one_number
 from parsph.io.results import Results
@@ -361,6 +362,108 @@ def test_analyse_reflection_of_a_spectrum(wavy, tmp_path, command):
     assert math.hypot(*(line["incident [m]"] for line in lines)) == pytest.approx(total["incident [m]"])
 
 
+@pytest.fixture(scope="module")
+def long_tank(tmp_path_factory):
+    """Six gauges, the last in the absorbing layer, along waves that decay, with bound and free second harmonics."""
+    t, free = np.arange(0, 12 * PERIOD + 1e-9, 0.02), waves.wavenumber(4 * math.pi / PERIOD, DEPTH, GRAVITY)
+    places, turn = [0.8, 0.95, 1.25, 1.6, 1.9, 2.9], 2 * np.pi * t / PERIOD
+    gauges = [{"kind": "level", "x": x} for x in places]
+    keys = {**TANK, "domain": {"size": [3.2, 0.4], "gravity": GRAVITY}, "gauges": gauges, "time": {"end": 12 * PERIOD}}
+    keys["fluid"] = {"blocks": [{"low": [0.0, 0.0], "high": [3.2, DEPTH]}]}
+    tables = {}
+    for number, x in enumerate(places):
+        first = INCIDENT * np.exp(-RATE * x) * (0.1 if x > 2.8 else 1.0) * np.cos(turn - K * x)
+        second = 1e-3 * np.cos(2 * (turn - K * x) + 0.4) + 5e-4 * np.cos(2 * turn - free * x + 1.0)
+        tables[f"level-{number:02d}"] = {"time [s]": t, "level [m]": DEPTH + first + second}
+    return pretended(tmp_path_factory.mktemp("long") / "run", keys, tables)
+
+
+RATE = 0.05  # [1/m]
+
+
+def tables_of(command, *arguments, folder):
+    """Return {name: rows} that a command writes, having seen them printed."""
+    code, out, err = command("analyse", *arguments, "--json", folder / "tables.json")
+    assert code == 0, err
+    tables = json.loads((folder / "tables.json").read_text())
+    for name, rows in tables.items():
+        assert name in out
+        assert all(header.split()[0] in out for header in rows[0])
+    return tables, out
+
+
+def test_analyse_harmonics(long_tank, tmp_path, command):
+    tables, out = tables_of(command, "harmonics", long_tank, folder=tmp_path)
+    assert list(tables) == ["harmonics", "second harmonic", "decay of the first harmonic"]
+    rows = tables["harmonics"]
+    assert [row["gauge"] for row in rows] == [f"level-{k:02d}" for k in range(6)]
+    assert [row.get("where") for row in rows] == [None] * 5 + ["absorbing layer"]
+    for row in rows[:5]:
+        assert row["a_1 [m]"] == pytest.approx(INCIDENT * math.exp(-RATE * row["x [m]"]), rel=1e-6)
+        assert row["a_3 [m]"] < 1e-8
+    (second,) = tables["second harmonic"]
+    assert second["gauges"] == 5
+    assert [second[f"{part} [m]"] for part in ("bound", "free", "reflected free")] == pytest.approx([1e-3, 5e-4, 0], abs=1e-8)
+    (decay,) = tables["decay of the first harmonic"]
+    assert decay["decay [1/m]"] == pytest.approx(RATE, rel=1e-5)
+    assert decay["wavelength [m]"] == pytest.approx(LENGTH)
+    assert decay["decay [% a wavelength]"] == pytest.approx(100 * (1 - math.exp(-RATE * LENGTH)), rel=1e-5)
+    scene = load_scene(Results(long_tank).scene)
+    nu = waves.viscosity_of_alpha(0.02, scene.h, scene.c0, 2)
+    assert decay["viscosity [m^2/s]"] == pytest.approx(nu)
+    assert decay["expected [1/m]"] == pytest.approx(analysis.expected_decay(PERIOD, DEPTH, GRAVITY, nu))
+    picture = long_tank / "figures" / "harmonics.png"
+    assert str(picture) in out
+    assert picture.read_bytes().startswith(PNG)
+
+
+def test_analyse_harmonics_of_few_gauges_says_what_is_missing(long_tank, tmp_path, command):
+    two = [part for name in ("level-01", "level-00") for part in ("--gauge", name)]
+    tables, out = tables_of(command, "harmonics", long_tank, *two, "--count", 1, "--period", PERIOD, folder=tmp_path)
+    assert list(tables) == ["harmonics"]
+    assert [row["gauge"] for row in tables["harmonics"]] == ["level-00", "level-01"]  # along the tank
+    assert "a_2 [m]" not in tables["harmonics"][0]
+    assert "no second harmonic: gauges: of 2 gauge(s) and 1 harmonic(s)" in " ".join(out.split())
+    assert "no decay of the first harmonic: gauges: positions have shape (2,)" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(
+    ("numerics", "nu"), [({"viscosity": "none"}, 0.0), ({"viscosity": "newtonian", "nu": 1e-3, "integrator": "verlet"}, 1e-3)]
+)
+def test_the_expected_decay_is_that_of_the_viscosity_in_use(long_tank, tmp_path, command, numerics, nu):
+    folder = shutil.copytree(long_tank, tmp_path / "run")
+    keys = Results(folder).scene
+    keys["numerics"] |= numerics
+    (folder / "scene.json").write_text(json.dumps(keys))
+    tables, _ = tables_of(command, "harmonics", folder, folder=tmp_path)
+    (decay,) = tables["decay of the first harmonic"]
+    assert decay["viscosity [m^2/s]"] == nu
+    assert decay["expected [1/m]"] == pytest.approx(analysis.expected_decay(PERIOD, DEPTH, GRAVITY, nu))
+
+
+def test_analyse_spectrum(wavy, tmp_path, command, monkeypatch):
+    chosen = ["--gauge", "b", "--gauge", "a", "--start", 8 - 3.99 * PERIOD]
+    rows = rows_of(command, "spectrum", wavy, *chosen, "--band", 0.5, 3.0, folder=tmp_path)
+    assert [row["gauge"] for row in rows] == ["b", "a"]
+    for row in rows:
+        height = 2 * INCIDENT * abs(np.exp(-1j * K * row["x [m]"]) + REFLECTED * np.exp(1j * (K * row["x [m]"] + 1.0)))
+        assert row["H_1/3 [m]"] == pytest.approx(height, rel=0.02)
+        assert row["H_m0 [m]"] == pytest.approx(math.sqrt(2) * height, rel=0.1)
+        assert row["T_p [s]"] == pytest.approx(PERIOD, rel=0.05)
+        assert row["T_z [s]"] == pytest.approx(PERIOD, rel=0.01)
+        assert row["waves"] == 3
+        assert "H_1/10 [m]" not in row
+    picture = wavy / "figures" / "spectrum.png"
+    assert picture.read_bytes().startswith(PNG)
+    picture.unlink()
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    code, out, err = command("analyse", "spectrum", wavy, *chosen)
+    assert code == 0, err
+    assert "no spectrum.png: plots: matplotlib is not installed" in " ".join(out.split())
+    assert not picture.exists()
+    picture.parent.rmdir()
+
+
 def test_analyse_ratio(humps, tmp_path, command):
     folders = [humps[name] for name in ("layer", "reflecting", "infinite")]
     (row,) = rows_of(command, "ratio", *folders, folder=tmp_path)
@@ -450,6 +553,17 @@ def test_plot_draws_particles_levels_and_energies(tank, humps, tmp_path, command
         (["analyse", "reflection", "{wavy}", "--periods", "0"], "--periods"),
         (["analyse", "reflection", "{still}"], "--period: is missing; the scene has no wavemaker"),
         (["analyse", "reflection", "{still}", "--period", "0"], "period"),
+        (["analyse", "spectrum", "{wavy}", "--start", "7"], "gauge a, record: 0 whole wave(s) in 1 s"),
+        (["analyse", "spectrum", "{still}"], "gauge level-00, record: 0 whole wave(s) in 3.98 s"),
+        (["analyse", "spectrum", "{wavy}", "--band", "2", "1"], "frequencies: low = 2 Hz and high = 1 Hz make no range"),
+        (["analyse", "spectrum", "{wavy}", "--segments", "100"], "do not make 100 segments"),
+        (["analyse", "spectrum", "{wavy}", "--json", "nowhere/rows.json"], "nowhere"),
+        (["analyse", "spectrum", "{empty}"], "is not the folder of a run"),
+        (["analyse", "harmonics", "{still}"], "--period: is missing; the scene has no wavemaker; the period of the waves [s]"),
+        (["analyse", "harmonics", "{wavy}", "--period", "9"], "shorter than a period of 9 s"),
+        (["analyse", "harmonics", "{wavy}", "--count", "40"], "81 unknowns in each period"),
+        (["analyse", "harmonics", "{wavy}", "--json", "nowhere/rows.json"], "nowhere"),
+        (["analyse", "harmonics", "{wavy}", "--gauge", "c"], "no level gauge 'c'"),
         (["analyse", "ratio", "{tank}", "{tank}", "{tank}"], "is no shallow water"),
         (["analyse", "ratio", "{hump}", "{hump}", "{hump}"], "the reflecting run equals the infinite one"),
         (["analyse", "energy", "{tank}", "--high", "1"], "--high: '1' is not 2 numbers; as 0,0"),

@@ -162,6 +162,32 @@ def test_measured_points_stand_against_theory_and_bars(ax):
     assert (ax.get_yscale(), units(ax), legend(ax)) == ("log", ("l/L [-]", "C [-]"), ["WKB", "linear"])
 
 
+def test_spectra_stand_beside_their_target_and_end_where_nothing_is_left(ax):
+    f = np.linspace(0.1, 10.0, 100)
+    S = np.exp(-(((f - 1) / 0.3) ** 2))
+    assert viz.spectra(ax, {"a": (f, S), "b": (f[::2], 2 * S[::2])}, target=(f, 1.1 * S)) is ax
+    lines = {line.get_label(): line for line in ax.lines}
+    assert np.array_equal(lines["a"].get_xydata(), np.stack([f, S], axis=1))
+    assert np.array_equal(lines["b"].get_ydata(), 2 * S[::2])
+    assert np.array_equal(lines["target"].get_ydata(), 1.1 * S)
+    assert lines["target"].get_linestyle() == "--"
+    assert units(ax) == ("f [Hz]", "S [m$^2$/Hz]")
+    assert 1.5 < ax.get_xlim()[1] < 2.5
+    assert ax.get_ylim()[0] == 0
+
+
+def test_harmonics_stand_along_the_tank_with_their_decay(ax, tmp_path):
+    x, amplitudes = np.array([1.0, 2.0, 3.0]), np.array([[0.1, 0.01], [0.09, 0.0], [0.08, 0.02]])
+    decay = (np.array([1.0, 3.0]), np.array([0.1, 0.08]))
+    assert viz.harmonics(ax, x, amplitudes, {"expected": decay}, layers=[(2.5, 3.5)]) is ax
+    lines = {line.get_label(): line for line in ax.lines}
+    assert np.array_equal(lines["harmonic 1"].get_xydata(), np.stack([x, amplitudes[:, 0]], axis=1))
+    assert np.array_equal(lines["harmonic 2"].get_xydata(), [[1.0, 0.01], [3.0, 0.02]])
+    assert np.array_equal(lines["expected"].get_xydata(), np.stack(decay, axis=1))
+    assert (ax.get_yscale(), units(ax), len(ax.patches)) == ("log", ("x [m]", "amplitude [m]"), 1)
+    viz.save(ax.figure, tmp_path / "harmonics.png")
+
+
 def test_the_pareto_front_is_what_no_point_beats():
     cost, error = [1, 2, 2, 3, 4, 5, 0.5, 4], [9, 5, 4, 4, 3, 8, np.nan, 3]
     assert viz.pareto(cost, error) == [0, 2, 4]  # 3 is as good as 2 but dearer, 7 equals 4
