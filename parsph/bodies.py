@@ -108,9 +108,7 @@ class Absorber:
         Acceleration [m/s^2].
     """
 
-    def __init__(
-        self, signal, motion, expected, place, distance, level, depth, gravity, share, filter, centering, largest
-    ):
+    def __init__(self, signal, motion, expected, place, distance, level, depth, gravity, share, filter, centering, largest):
         self.signal, self.motion, self.expected = signal, motion, expected
         self.place, self.distance, self.level = place, distance, level
         self.gain = math.sqrt(gravity / depth) / share

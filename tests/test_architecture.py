@@ -17,13 +17,14 @@ formula linear
 particles
 kernels states waves
 analysis measured viz
-columns geometry
-terms damping wavemakers walls
+columns geometry wavemakers
+terms damping walls
 sweep
 gradients moments
 domain stepping
 observers
 io
+bodies
 simulation
 progress
 scene

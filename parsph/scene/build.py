@@ -295,8 +295,6 @@ def _along(gauge, spacing):
     return np.array(gauge.point) + ((np.arange(count) + 0.5) / count - 0.5)[:, None] * extent
 
 
-
-
 def _zone(scene, zone):
     left = zone.side == "left"
     state = state_of(scene)

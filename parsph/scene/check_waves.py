@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..errors import SceneError, did_you_mean
-from ..waves import HIGHEST_SOLITARY, breaking_height, miche
+from ..waves import HIGHEST_SOLITARY, breaking_height, dispersion
 from ..wavemakers.series import ANGLES
 from .movers import bed_of, hinge_of, maker_of, place_of, wave_of
 from .schema import SIDES
@@ -148,7 +148,9 @@ def _spectrum(wave, where):
     of_table, faults = wave.spectrum == "table", []
     for key in ("frequencies", "densities"):
         if (getattr(wave, key) is not None) != of_table:
-            what, cure = ("is missing", "a list") if of_table else ("is for spectrum table", 'spectrum = "table", or leave it out')
+            what, cure = (
+                ("is missing", "a list") if of_table else ("is for spectrum table", 'spectrum = "table", or leave it out')
+            )
             faults.append(SceneError(what, where=f"{where}.{key}", cure=cure))
     if (wave.period is None) != of_table:
         what, cure = ("has no meaning here", "leave it out") if of_table else ("is missing", "peak period Tp [s]")
@@ -188,8 +190,7 @@ _WAVES = {
 
 
 def _dispersion(scene):
-    from ..waves import dispersion
-
+    """The linear wave of the peak period."""
     return dispersion(scene.depth, scene.domain.gravity, period=scene.wave_period)
 
 
@@ -200,11 +201,15 @@ def _absorption(scene, plate):
         return []
     if plate.expected is None:
         why = "the level that the plate's own waves should have is not known"
-        return [SceneError("needs waves that are known", where=where, why=why, cure="regular, irregular, focused or solitary waves")]
+        return [
+            SceneError("needs waves that are known", where=where, why=why, cure="regular, irregular, focused or solitary waves")
+        ]
     gap = place_of(scene) + (keys.distance or scene.reach)
     if gap > scene.domain.size[0]:
         cure = f"at most {scene.domain.size[0] - place_of(scene):.3g} m"
-        return [SceneError(f"its gauge stands at {gap:g} m", where=f"{where}.distance", why="that is behind the tank", cure=cure)]
+        return [
+            SceneError(f"its gauge stands at {gap:g} m", where=f"{where}.distance", why="that is behind the tank", cure=cure)
+        ]
     return []
 
 

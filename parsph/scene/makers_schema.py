@@ -51,7 +51,9 @@ class Irregular(_OfSpectrum):
     """Irregular waves of a spectrum, long-crested."""
 
     kind: Literal["irregular"]
-    height: Positive | None = Field(None, description="significant wave height Hs [m]; default, of table alone: that of the densities")
+    height: Positive | None = Field(
+        None, description="significant wave height Hs [m]; default, of table alone: that of the densities"
+    )
     seed: Annotated[int, Field(ge=0)] = Field(1, description="of the random phases; the same seed gives the same waves")
     duration: Positive | None = Field(None, description="after so long the waves repeat [s]; default: the length of the run")
 
@@ -78,24 +80,27 @@ class Series(Section):
     """A measured motion of the plate, from a file of two columns, time and way."""
 
     kind: Literal["series"]
-    file: str = Field(description="text file of two columns, time and way at the still-water level (or angle); # begins a comment")
+    file: str = Field(
+        description="text file of two columns, time and way at the still-water level (or angle); # begins a comment"
+    )
     unit: Literal[*LENGTHS] = Field(description="of the second column")
     time_unit: Literal[*TIMES] = Field("s", description="of the first column")
     start: NotNegative | None = Field(
-        None, description="duration of a smooth start from rest [s], added before the record; default: as long as its speed needs"
+        None,
+        description="duration of a smooth start from rest [s], added before the record; default: as long as its speed needs",
     )
 
 
 WAVE_KINDS = ("oscillation", "regular", "irregular", "focused", "solitary", "series")
-Wave = Annotated[
-    Oscillation | Regular | Irregular | Focused | SolitaryWave | Series, Field(discriminator="kind")
-]
+Wave = Annotated[Oscillation | Regular | Irregular | Focused | SolitaryWave | Series, Field(discriminator="kind")]
 
 
 class Absorption(Section):
     """Active absorption: the plate takes up what comes back to it."""
 
-    distance: Positive | None = Field(None, description="of the level gauge in front of the plate [m]; default: the support radius")
+    distance: Positive | None = Field(
+        None, description="of the level gauge in front of the plate [m]; default: the support radius"
+    )
     filter: Positive | None = Field(
         None, description="time within which the plate follows the gauge [s]; default: 0.05 sqrt(depth/g)"
     )

@@ -120,7 +120,9 @@ def print_plan(scene, name):
         table.add_row("wavemaker", *map(_plain, describe_maker(scene)))
     for body in scene.bodies:
         parts = [f"{body.mass:g} kg/m"] + [f"spring {body.stiffness:g} N/m^2"] * (body.stiffness > 0)
-        parts += [f"damper {body.damping:g} N s/m^2"] * (body.damping > 0) + [f"friction {body.friction:g} N/m"] * (body.friction > 0)
+        parts += [f"damper {body.damping:g} N s/m^2"] * (body.damping > 0) + [f"friction {body.friction:g} N/m"] * (
+            body.friction > 0
+        )
         parts += [f"moves from {body.threshold:g} times the force of still water on"] * (body.threshold > 1)
         table.add_row(f"body {body.wall}", ", ".join(parts), "Huang et al. section 4.4")
     for zone in scene.damping:

@@ -57,7 +57,9 @@ def measured_motion(path, unit, time_unit, largest_acceleration, start=None):
     if pulls.max() > largest_acceleration:
         number, what = int(np.argmax(pulls)) + 1, "rad" if unit in ANGLES else "m"
         why = f"at {times[number]:g} s the plate would be accelerated with {pulls.max():.3g} {what}/s^2"
-        cure = f"at most {largest_acceleration:.3g} {what}/s^2: another unit than {unit!r} and {time_unit!r}, or a smoother record"
+        cure = (
+            f"at most {largest_acceleration:.3g} {what}/s^2: another unit than {unit!r} and {time_unit!r}, or a smoother record"
+        )
         raise SceneError("jumps", where=where, why=why, cure=cure)
     times, values = times - times[0], values - values[0]
     first = abs(speeds[0]) / (0.5 * largest_acceleration) if start is None else start

@@ -6,7 +6,7 @@ all that for one wave (`summary`).
 """
 
 from .basins import Seiche
-from .limits import breaking_height, highest_wave, mccowan, miche, regime, second_harmonic, ursell
+from .limits import HIGHEST_SOLITARY, breaking_height, highest_wave, mccowan, miche, regime, second_harmonic, ursell
 from .linear import (
     Dispersion,
     angular_frequency,
@@ -37,6 +37,7 @@ from .spectra import SPECTRA, Components, Jonswap, PiersonMoskowitz, Tabulated, 
 from .summary import describe, describe_solitary
 
 __all__ = [
+    "HIGHEST_SOLITARY",
     "REGULAR_THEORIES",
     "SOLITARY_THEORIES",
     "SPECTRA",
