@@ -285,26 +285,46 @@ def spectra(ax, curves, target=None):
     return ax
 
 
-def harmonics(ax, x, amplitudes, decays=None, layers=()):
-    """Draw amplitudes of harmonics along the tank, logarithmic, so that an exponential decay is straight; return the `ax`.
+def harmonics(ax, x, amplitudes, layers=()):
+    """Draw amplitudes of harmonics along the tank, on a logarithmic axis; return the `ax`.
 
     Parameters
     ----------
     x : (gauges,) array
         [m]
     amplitudes : (gauges, count) array
-        Of the first harmonic and on [m]; those that are not positive are left out.
-    decays : dict of str to (x, amplitude), optional
-        Lines to compare the first with.
+        Of the first harmonic and on [m]; those `DECADES` below the largest are left out, as good as nothing.
     layers : sequence of (float, float)
         Ranges of x [m] of absorbing layers, shaded.
     """
     amplitudes = np.asarray(amplitudes, dtype=float)
-    curves = {f"harmonic {n}": np.where(a > 0, a, np.nan) for n, a in enumerate(amplitudes.T, start=1)}
+    shown = np.where(amplitudes > amplitudes.max() / 10**DECADES, amplitudes, np.nan)
+    _shade(ax, layers)
+    against(ax, x, {f"harmonic {n}": a for n, a in enumerate(shown.T, start=1)}, "x [m]", "amplitude [m]")
+    return ax
+
+
+def decay(ax, x, amplitudes, decays=None, layers=()):
+    """Draw the amplitude of regular waves along the tank with curves to compare it with; return the `ax`.
+
+    Parameters
+    ----------
+    x, amplitudes : (gauges,) arrays
+        [m]
+    decays : dict of str to (x, amplitude), optional
+        Dashed lines.
+    layers
+        As `harmonics`.
+    """
+    _shade(ax, layers)
+    against(ax, x, {"harmonic 1": amplitudes}, "x [m]", "amplitude [m]", log_y=False, theory=decays)
+    return ax
+
+
+def _shade(ax, layers):
+    """Shade absorbing layers, each (low, high) x [m]."""
     for layer in layers:
         ax.axvspan(*layer, color="0.91", linewidth=0, zorder=0)
-    against(ax, x, curves, "x [m]", "amplitude [m]", theory=decays)
-    return ax
 
 
 def pareto(cost, error):

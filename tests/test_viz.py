@@ -176,16 +176,23 @@ def test_spectra_stand_beside_their_target_and_end_where_nothing_is_left(ax):
     assert ax.get_ylim()[0] == 0
 
 
-def test_harmonics_stand_along_the_tank_with_their_decay(ax, tmp_path):
-    x, amplitudes = np.array([1.0, 2.0, 3.0]), np.array([[0.1, 0.01], [0.09, 0.0], [0.08, 0.02]])
-    decay = (np.array([1.0, 3.0]), np.array([0.1, 0.08]))
-    assert viz.harmonics(ax, x, amplitudes, {"expected": decay}, layers=[(2.5, 3.5)]) is ax
+def test_harmonics_stand_along_the_tank_where_they_are_something(ax, tmp_path):
+    x, amplitudes = np.array([1.0, 2.0, 3.0]), np.array([[0.1, 0.01], [0.09, 1e-9], [0.08, 0.02]])
+    assert viz.harmonics(ax, x, amplitudes, layers=[(2.5, 3.5)]) is ax
     lines = {line.get_label(): line for line in ax.lines}
     assert np.array_equal(lines["harmonic 1"].get_xydata(), np.stack([x, amplitudes[:, 0]], axis=1))
     assert np.array_equal(lines["harmonic 2"].get_xydata(), [[1.0, 0.01], [3.0, 0.02]])
-    assert np.array_equal(lines["expected"].get_xydata(), np.stack(decay, axis=1))
     assert (ax.get_yscale(), units(ax), len(ax.patches)) == ("log", ("x [m]", "amplitude [m]"), 1)
     viz.save(ax.figure, tmp_path / "harmonics.png")
+
+
+def test_the_decay_stands_beside_what_is_expected(ax):
+    x, amplitudes, line = [1.0, 2.0, 3.0], [0.1, 0.09, 0.08], (np.array([1.0, 3.0]), np.array([0.1, 0.08]))
+    assert viz.decay(ax, x, amplitudes, {"expected": line}) is ax
+    lines = {line.get_label(): line for line in ax.lines}
+    assert np.array_equal(lines["harmonic 1"].get_xydata(), np.stack([x, amplitudes], axis=1))
+    assert np.array_equal(lines["expected"].get_xydata(), np.stack(line, axis=1))
+    assert (ax.get_yscale(), lines["expected"].get_linestyle()) == ("linear", "--")
 
 
 def test_the_pareto_front_is_what_no_point_beats():

@@ -189,8 +189,12 @@ def harmonics(folder, gauges=None, start=0.0, period=None, count=3, periods=4, j
     show_all(tables, json_file)
     for note in notes:
         console().print(note, markup=False)
-    path = results.folder / "figures" / "harmonics.png"
-    draw(path, lambda ax: viz.harmonics(ax, x, heights, curves, layers))
+
+    def artist(axes):  # a decay of some per cent can be seen on an axis of its own only
+        viz.decay(axes[0], x[~absorbed], heights[~absorbed, 0], curves)
+        viz.harmonics(axes[1], x, heights, layers)
+
+    draw(results.folder / "figures" / "harmonics.png", artist, rows=2)
 
 
 def _second_harmonic(results, x, amplitudes, period):
@@ -232,13 +236,14 @@ def _decay(results, x, amplitudes, period):
     }
     line = np.linspace(x[0], x[-1], 50)
     theory = found.at(x[0]) * np.exp(-expected * (line - x[0]))
-    return row, {"fitted decay": (line, found.at(line)), "expected of the viscosity": (line, theory)}
+    return row, {"fitted decay": (line, found.at(line)), "expected by viscosity": (line, theory)}
 
 
 def _viscosity(scene):
     """Return the kinematic viscosity [m^2/s] that a scene's momentum equation has, 0.0 for none.
 
-    Of artificial viscosity it is `viscosity_of_alpha`, which counts all pairs of particles.
+    Of artificial viscosity it is `viscosity_of_alpha`, that of all pairs of particles: where approaching pairs alone feel it,
+    as in Monaghan's form, about half of it dissipates.
     """
     numerics = scene.numerics
     if numerics.viscosity == "monaghan":

@@ -62,10 +62,19 @@ def show_all(tables, json_file):
         json_file.write_text(json.dumps(tables, indent=1), encoding="utf-8")
 
 
-def draw(path, artist):
-    """Let ``artist(ax)`` draw a figure, save it and print its path; without matplotlib say so and go on."""
+def draw(path, artist, rows=1):
+    """Let ``artist(ax)`` draw a figure, save it and print its path; without matplotlib say so and go on.
+
+    Parameters
+    ----------
+    path : Path
+    artist : callable
+        Of one `ax`, or of an array of them where there are several rows.
+    rows : int
+        Of panels, above the same x.
+    """
     try:
-        drawing, ax = viz.figure()
+        drawing, ax = viz.figure(rows, share_x=rows > 1)
     except SceneError as error:
         console().print(f"no {path.name}: {error}", markup=False)
         return
