@@ -17,7 +17,9 @@ from parsph.waves import (
     second_order_full,
     transfer,
     velocity_profile,
+    wavenumber,
 )
+from parsph.waves.paddles import _cancelling
 
 HINGES = [None, -1.5, 0.0, 0.4]
 every_hinge = pytest.mark.parametrize("hinge", HINGES)
@@ -178,3 +180,60 @@ def test_free_second_harmonic_in_long_waves_is_as_large_as_the_bound_one():
     assert free_second_harmonic(height, kd, 1.0) == pytest.approx(3 / 16 * height**2 / kd**2, rel=0.01)
     wave = dispersion(1.0, 9.81, period=3.0)
     assert free_second_harmonic(0.2, wave.kd, 1.0) == pytest.approx(4 * free_second_harmonic(0.1, wave.kd, 1.0))
+
+
+@every_hinge
+def test_the_second_harmonic_satisfies_the_equations_of_second_order(hinge):
+    """The free mode's projection of the equations themselves, with products formed in time and integrals by quadrature.
+
+    ``phi2_tt + g phi2_z = -d/dt |grad phi1|^2 - eta1 d/dz (phi1_tt + g phi1_z)`` at the surface and
+    ``phi2_x = dX2/dt + X1 phi1_zz + dX1/dz phi1_z`` at the paddle, for a first order of six modes and d = g = H = 1.
+    """
+    kd, modes = 1.1, 6
+    w = math.sqrt(kd * math.tanh(kd))
+    K, half = wavenumber(2 * w, 1.0, 1.0), 0.5 / transfer(kd, hinge)
+    k = np.concatenate([[1j * kd], evanescent_wavenumbers(kd, modes)])
+    node, weight = np.polynomial.legendre.leggauss(60)
+    node, weight = 0.5 * (node + 1), 0.5 * weight
+    foot = 0.0 if hinge is None else max(hinge, 0.0)
+
+    inside = np.concatenate([[0.0] if foot == 0 else foot * node, foot + (1 - foot) * node])
+    share = np.concatenate([[0.0] if foot == 0 else foot * weight, (1 - foot) * weight])
+    f = shape(inside, hinge)
+    slope = np.where(f > 0, 0 if hinge is None else 1 / (1 - hinge), 0.0)
+    mode = np.cos(k * inside[:, None])
+    norm = (2 * k + np.sin(2 * k)) / (4 * k)
+    part = -w * half * (share * f) @ mode / norm / k  # so that -k part cos(kz) sums to f w half
+
+    phases = 2 * math.pi * np.arange(8) / 8
+
+    def second(product):
+        """Complex amplitude of exp(2iwt) in a product of fields, from eight times of a period."""
+        return 2 * np.mean([product(np.exp(1j * phase)) * np.exp(-2j * phase) for phase in phases], axis=0)
+
+    def forcing(x, part):
+        wave = part * np.cos(k) * np.exp(-k * np.asarray(x)[:, None])
+
+        def product(turn):
+            def field(factor):
+                return (wave * factor * turn).sum(1).real
+
+            tan = -k * np.tan(k)  # d/dz of a mode over itself at the surface
+            square = 2 * (field(-k) * field(-k * 1j * w) + field(tan) * field(tan * 1j * w))
+            return -square + field(1j * w) * field(-(w**2) * tan - k**2)  # eta1 = -phi1_t
+
+        return second(product)
+
+    def moved(turn):
+        displaced = (-1j * half * turn).real
+        rise = (part * -k * np.sin(k * inside[:, None]) * turn).sum(1).real
+        bend = (part * -(k**2) * mode * turn).sum(1).real
+        return displaced * (f * bend + slope * rise)
+
+    free = np.cosh(K * inside) / math.cosh(K)
+    alone = part * (np.arange(modes + 1) == 0)
+    x, far = np.linspace(0, 1, 20001) ** 2 * 15, forcing([0.0], alone)[0]
+    near = np.trapezoid(np.cos(K * x) * (forcing(x, part) - forcing(x, alone)), x)
+    surface = near + far * 2j * kd / (K**2 - 4 * kd**2)  # the far wave's, int cos(Kx) exp(-2ikx) dx without its end at infinity
+    needed = (surface - (share * free) @ second(moved)) / (2 * w * (share * free) @ f)
+    assert needed == pytest.approx(_cancelling(kd, -math.inf if hinge is None else hinge, modes), rel=1e-5)
