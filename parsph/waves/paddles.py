@@ -92,8 +92,8 @@ def near_field(kd, hinge=None, x_over_depth=0.0, modes=200):
     """Return the evanescent surface elevation over the paddle's amplitude S/2, in phase with the paddle's displacement.
 
     With ``xi = (S/2) sin wt`` the whole linear elevation is ``(H/2) cos(kx - wt) + E(x) (S/2) sin wt``,
-    ``E = sum_n 4 sin(k_n d) k_n int_0^d f(z) cos(k_n z) dz / (2 k_n d + sin 2 k_n d) exp(-k_n x)``: Dean & Dalrymple section 6.3
-    with the condition ``u = dX/dt`` at x = 0.
+    ``E = sum_n 4 sin(k_n d) k_n int_0^d f(z) cos(k_n z) dz / (2 k_n d + sin 2 k_n d) exp(-k_n x)``: Dean & Dalrymple
+    section 6.3, with the condition ``u = dX/dt`` at x = 0.
 
     Parameters
     ----------
@@ -163,8 +163,8 @@ def second_order_full(height, kd, depth, hinge=None, modes=100):
     """Return the complex amplitude of the second harmonic with which a paddle sends out no free one, on any depth.
 
     ``xi = (S/2) sin wt + Im[E2 exp(2iwt)]``, so that a real E2 is Madsen's e2. As in Schaeffer (1996) for one frequency, here
-    by Green's identity with the free mode. With the first order's
-    ``phi = Re sum_n b_n cos(k_n z)/cos(k_n d) exp(-k_n x + iwt)``, ``k_0 = ik``, the second-order potential has at the surface the forcing
+    by Green's identity with the free mode. With ``phi = Re sum_n b_n cos(k_n z)/cos(k_n d) exp(-k_n x + iwt)`` to first order,
+    ``k_0 = ik``, the potential of second order has at the surface the forcing
 
     ``Q = -iw sum_nm b_n b_m (k_n k_m + (k_n^2 + k_m^2)/4 + 3/2 (w^2/g)^2) exp(-(k_n + k_m) x)``
 
@@ -206,14 +206,27 @@ def _cancelling(kd, hinge, modes):
     forcing = -1j * w * b[:, None] * b * (a * c + 0.25 * (a**2 + c**2) + 1.5 * head**2)
     surface = (forcing * (a + c) / ((a + c) ** 2 + K**2)).sum()
 
-    node, weight = np.polynomial.legendre.leggauss(2 * modes + 40)
-    z, weight = foot + 0.5 * (1 - foot) * (node + 1), 0.5 * (1 - foot) * weight
-    shape = _shape(z, hinge)
-    rise = -(inside * k * np.sin(k * z[:, None])).sum(1)
-    free_sinh = np.exp(K * (z - 1)) * -np.expm1(-2 * K * z) / (1 + math.exp(-2 * K))  # sinh Kz / cosh Kd
-    free_cosh = np.exp(K * (z - 1)) * (1 + np.exp(-2 * K * z)) / (1 + math.exp(-2 * K))
-    paddle = -0.5j * half * (head * b.sum() - K * (weight * free_sinh * shape * rise).sum())
-    return complex((surface - paddle) / (2 * w * (weight * free_cosh * shape).sum()))
+    # int f sinh(Kz) sin(k_n z) dz and int f cosh(Kz) dz by parts, over cosh(Kd)
+    top, bottom = _parts(K, k, 1.0), _parts(K, k, foot)
+    rising, pushed = top[0], math.tanh(K) / K
+    if hinge > -math.inf:
+        rising = rising - (top[1] - bottom[1]) / (1 - hinge)
+        pushed -= (1 - _over_cosh(math.cosh, K, foot)) / (K**2 * (1 - hinge))
+    paddle = -0.5j * half * (head * b.sum() + K * (inside * k * rising).sum())
+    return complex((surface - paddle) / (2 * w * pushed))
+
+
+def _over_cosh(function, K, z):
+    """Return sinh(Kz) or cosh(Kz) over cosh(K)."""
+    return function(K * z) / math.cosh(K)
+
+
+def _parts(K, k, z):
+    """Return the first and second antiderivatives in z of ``sinh(Kz) sin(kz) / cosh(K)``, the first from z = 0."""
+    sinh, cosh = _over_cosh(math.sinh, K, z), _over_cosh(math.cosh, K, z)
+    sin, cos, square = np.sin(k * z), np.cos(k * z), K**2 + k**2
+    first = (K * cosh * sin - k * sinh * cos) / square
+    return first, ((K**2 - k**2) * sinh * sin - 2 * K * k * cosh * cos) / square**2
 
 
 def free_second_harmonic(height, kd, depth, hinge=None):
@@ -233,11 +246,6 @@ def _checked(hinge):
         why = "a flap turns about a point below the still-water level"
         raise SceneError(f"is {hinge:g} of the depth above the bed", "hinge", why, "a number below 1, or none for a piston")
     return float(hinge)
-
-
-def _shape(z, hinge):
-    """Return f(z), z and hinge over the depth."""
-    return np.ones_like(z) if hinge == -math.inf else np.maximum(z - hinge, 0) / (1 - hinge)
 
 
 def _velocities(k, hinge):
