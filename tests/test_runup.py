@@ -264,7 +264,9 @@ def test_still_water_on_a_slope_as_a_scene_fills_it():
 
 
 def test_the_tables_have_units_and_no_code_is_compiled_while_it_runs(tmp_path):
-    keys = tank(gauges=[{**RUNUP, "wall": "right", "name": "R"}])
+    energy = {"kind": "energy", "every": 0.01}  # its sums are those of the log
+    gauges = [{**RUNUP, "wall": "right", "name": "R"}, energy]
+    keys = tank(gauges=gauges, output={"snapshots": {"every": 0.01}})
     load_code(load_scene(keys), Communicator())
     before = compilations()
     finished = run(keys, out=tmp_path / "run")
