@@ -26,6 +26,7 @@ from .errors import SceneError
 PUSHES = 200
 CROWDED = 0.35  # spacings: ghosts nearer to each other are one
 SHARP_TURN = math.radians(20)  # bends beyond it are corners; below, the line is round
+STRAIGHT = 0.9  # cosine of the angle up to which a line goes on in another
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,11 @@ class Boundary:
         By their number in the scene.
     dx, reach : float
         Particle spacing and support radius [m].
+    neighbours : sequence of Outline
+        Walls of other boundaries: what moves ends at a wall that stands still, which goes on under it, unless what moves
+        carries it on, as a flap does above its hinge.
+    moves : bool
+        Whether this boundary moves.
 
     Attributes
     ----------
@@ -156,8 +162,8 @@ class Boundary:
         Outline of each edge.
     """
 
-    def __init__(self, outlines, dx, reach):
-        self.outlines, self.dx, self.reach = outlines, dx, reach
+    def __init__(self, outlines, dx, reach, neighbours=(), moves=False):
+        self.outlines, self.dx, self.reach, self.neighbours, self.moves = outlines, dx, reach, neighbours, moves
         self._tolerance, self._thickness = 1e-6 * dx, 2 * reach + 2 * dx
         self.solids = {number: self._solid(number) for number in outlines}
         self.solid = shapely.union_all([*self.solids.values(), *self._joints()])
@@ -180,9 +186,21 @@ class Boundary:
 
     def free_ends(self, number):
         """Return whether the first and the last point of an open line touch no other outline."""
-        ends = shapely.points(np.array(self.outlines[number].points, float)[[0, -1]])
-        others = [LineString(edge) for n, other in self.outlines.items() if n != number for edge in other.edges]
-        return tuple(all(line.distance(end) > self._tolerance for line in others) for end in ends)
+        points, others = self.outlines[number].points, [other for n, other in self.outlines.items() if n != number]
+        if self.moves:
+            others += self.neighbours
+        ends = (points[0], points[1]), (points[-1], points[-2])
+        return tuple(not (touched(end, others, self.dx) or self._carried_on(end, before)) for end, before in ends)
+
+    def _carried_on(self, end, before):
+        """Whether a wall of another boundary goes on straight where an open line ends that comes from `before`."""
+        way = unit(np.subtract(end, before))
+        for other in self.neighbours:
+            for first, second in ((0, 1), (-1, -2)):
+                start = np.array(other.points[first])
+                if not other.closed and np.linalg.norm(start - end) <= 1e-6 * self.dx:
+                    return bool(unit(np.subtract(other.points[second], start)) @ way > STRAIGHT)
+        return False
 
     def _solid(self, number):
         """Return what is solid behind an outline: the polygon itself, or a band thick enough for all ghosts."""
@@ -400,6 +418,12 @@ class Boundary:
         """Whether the edge that holds `point` and the edge `other` share a vertex."""
         own = int(_feet(point[None], self.edges)[1].argmin())
         return _shared_vertex(self.edges[[own, other]], self._tolerance) is not None
+
+
+def touched(point, outlines, dx):
+    """Whether a point lies on one of the outlines, to a millionth of the spacing `dx` [m]."""
+    point = shapely.Point(point)
+    return any(LineString(edge).distance(point) <= 1e-6 * dx for outline in outlines for edge in outline.edges)
 
 
 def without(shape, boundaries):

@@ -1,12 +1,12 @@
-"""The physics of what makes waves and of what they move: whether a wave can be, and whether the plate and the tank can do it."""
+"""The physics of what makes waves and of what they move: whether a wave can be, and whether plate and tank can do it."""
 
 import math
 
 import numpy as np
 
 from ..errors import SceneError, did_you_mean
-from ..waves import HIGHEST_SOLITARY, breaking_height, dispersion
 from ..wavemakers.series import ANGLES
+from ..waves import HIGHEST_SOLITARY, breaking_height, dispersion
 from .movers import bed_of, hinge_of, maker_of, place_of, wave_of
 from .schema import SIDES
 

@@ -21,7 +21,6 @@ from ..waves import dispersion
 from .fields import NotNegative, Point, Positive, Section, Vector
 from .makers_schema import Body, Relaxation, Wavemaker
 
-
 ELLIPSE_POINTS = 180
 # Sides of the domain: the axis across them, and the way into the domain along it. Side walls come first, so that the bed
 # mirrors their images too: corners come of themselves.

@@ -80,7 +80,12 @@ def boundaries_of(scene, motions=None):
     outlines, moving = outlines_of(scene, motions), [motions.get(name) for name in scene.wall_names]
     groups = [{number: outlines[number] for number, motion in enumerate(moving) if motion is None}]
     groups += [{number: outlines[number]} for number, motion in enumerate(moving) if motion is not None]
-    return [(Boundary(group, scene.numerics.dx, scene.reach), moving[min(group)]) for group in groups if group]
+    boundaries = []
+    for group in filter(None, groups):
+        motion = moving[min(group)]
+        beside = [outline for n, outline in enumerate(outlines) if n not in group]
+        boundaries.append((Boundary(group, scene.numerics.dx, scene.reach, beside, motion is not None), motion))
+    return boundaries
 
 
 def still_force(scene, surface, direction):
@@ -266,6 +271,14 @@ def _excursion(scene, number, outline, motion):
     return []
 
 
+def _held(scene, outline, boundaries):
+    """Return which ends of an open outline touch a wall of another boundary, by their numbers."""
+    from ..geometry import touched
+
+    others = [other for boundary, _ in boundaries for other in boundary.outlines.values() if other is not outline]
+    return {vertex for vertex in (0, len(outline.points) - 1) if touched(outline.points[vertex], others, scene.numerics.dx)}
+
+
 def _at_mirror(scene, point):
     """Whether a point lies on a side of the domain that is a mirror wall."""
     if not scene.mirrors:
@@ -314,7 +327,7 @@ def _wrong_side(scene, boundaries):
                     cure = f'another block, or another `fluid` than "{outline.fluid}" at {at}'
                     faults.append(SceneError("fluid on the wrong side", where=f"fluid.blocks.{other}", why=why, cure=cure))
             for vertex in boundary.ends_in(number, shapes):
-                if _at_mirror(scene, outline.points[vertex]):
+                if _at_mirror(scene, outline.points[vertex]) or vertex in _held(scene, outline, boundaries):
                     continue
                 why = "the fluid flows round its end"
                 cure = "end it above the water or at another wall, or close it: an obstacle is a polygon"
