@@ -156,9 +156,10 @@ def _spectrum(wave, where):
         what, cure = ("has no meaning here", "leave it out") if of_table else ("is missing", "peak period Tp [s]")
         faults.append(SceneError(what, where=f"{where}.period", cure=cure))
     if of_table and not faults:
-        if len(wave.frequencies) != len(wave.densities) or (np.diff(wave.frequencies) <= 0).any() or not any(wave.densities):
-            cure = "as many densities as increasing frequencies, not all of them 0"
-            faults.append(SceneError("is no spectrum", where=f"{where}.frequencies, densities", cure=cure))
+        steps = np.diff(wave.frequencies)
+        fits = len(wave.frequencies) == len(wave.densities) and (steps > 0).all() and any(wave.densities)
+        cure = "as many densities as increasing frequencies, not all of them 0"
+        faults += [] if fits else [SceneError("is no spectrum", where=f"{where}.frequencies, densities", cure=cure)]
     return faults
 
 

@@ -469,10 +469,7 @@ class Scene(Section):
         for side in self.sides:
             slip = getattr(self.walls, side).slip
             points, sill = corners[side], self.sill if side == "left" else None
-            if sill:
-                parts = {side: [points[0], (0, sill)], SILL: [(0, sill), points[1]]}
-            else:
-                parts = {side: points}
+            parts = {side: points} if sill is None else {side: [points[0], (0, sill)], SILL: [(0, sill), points[1]]}
             for name, ends in parts.items():
                 lines.append(PolygonWall(name=name, points=[list(map(float, point)) for point in ends], slip=slip))
         return lines

@@ -329,7 +329,7 @@ class MirrorWall:
         return LAWS[self.law], SLIPS[self.slip], self.bit
 
     def distance(self, position):
-        """Return how far `position` [m] is in front of the wall [m], negative behind it, infinite at other heights than its own."""
+        """Return how far `position` [m] is in front of the wall [m], negative behind it, infinite above and below it."""
         dim = len(self.point)
         if not self.span[0] <= position[-1] < self.span[1]:
             return np.inf
