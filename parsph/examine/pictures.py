@@ -65,15 +65,33 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
         drawing, ax = viz.figure()
         viz.energy(ax, table["time [s]"], {"kinetic": table["kinetic energy [J]"]})
         written.append(viz.save(drawing, out / f"{name}.png"))
-    for kind, columns in (("pressure", ["pressure [Pa]"]), ("force", ["force x [N/m]", "force up [N/m]"])):
+    records = {
+        "pressure": ["pressure [Pa]"],
+        "force": ["force x [N/m]", "force up [N/m]"],
+        "runup": ["run-up z [m]"],
+    }
+    for kind, columns in records.items():
         for name in results.gauges(kind):
             table = results.table(name)
             drawing, ax = viz.figure()
             curves = {f"{name}, {column.partition(' [')[0]}": table[column] for column in columns}
             viz.profile(ax, table["time [s]"], curves, "t [s]", f"{kind} {columns[0][columns[0].index('[') :]}")
             written.append(viz.save(drawing, out / f"{name}.png"))
+    for name in results.gauges("body"):
+        written.append(viz.save(_body(results, name), out / f"{name}.png"))
     for path in written:
         console().print(str(path), markup=False)
+
+
+def _body(results, name):
+    """Draw the force on a body over its first value, that of still water, and the way of the body, one over the other."""
+    table = results.table(name)
+    t, force, way = (table[column] for column in ("time [s]", "force [N/m]", "displacement [m]"))
+    first = force[np.flatnonzero(force)[0]] if force.any() else 1.0
+    drawing, (above, below) = viz.figure(rows=2, share_x=True)
+    viz.profile(above, t, {name: force / first}, "", "force over that of still water [-]")
+    viz.profile(below, t, {name: way}, "t [s]", "displacement [m]")
+    return drawing
 
 
 def one_number(values, name, dim):
@@ -93,6 +111,7 @@ def _walls(results, time):
     lines = []
     scene = load_scene(results.scene)
     motions = motions_of(scene)
+    ways = {gauge["wall"]: results.table(name) for name, gauge in results.gauges("body").items()}
     for name, wall in zip(scene.wall_names, scene.lines, strict=True):
         points, motion = np.array(wall.points, float), motions.get(name)
         if wall.fluid in ("inside", "outside"):
@@ -100,5 +119,10 @@ def _walls(results, time):
         if wall.bulge is not None:  # straight at rest
             parts = np.linspace(0.0, 1.0, 41)[:, None]
             points = np.concatenate([(1 - parts) * a + parts * b for a, b in itertools.pairwise(points)])
-        lines.append(points if motion is None else motion.at(time).place(points))
+        if name in ways:  # where the flow has moved it is known from its record alone
+            t, way = (ways[name][column] for column in ("time [s]", "displacement [m]"))
+            points = points + np.interp(time, t, way) * np.array(motion.direction)
+        elif motion is not None:
+            points = motion.at(time).place(points)
+        lines.append(points)
     return lines

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from ..errors import SceneError
 from ..progress import console
-from . import basins, channels, ghosts, kernels, shallow, treatments  # noqa: F401 - they register their cases in this order
+from . import basins, channels, ghosts, kernels, shallow, treatments, waves  # noqa: F401 - they register their cases in this order
 from .registry import CASES
 
 
