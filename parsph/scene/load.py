@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import SceneError, SceneFaults, did_you_mean
 from .check import faults_of
+from .makers_schema import WAVE_KINDS
 from .schema import GAUGE_KINDS, Scene
 
 BUILTIN = resources.files(__package__) / "builtin"
@@ -66,7 +67,11 @@ def scene_text(scene):
 def json_schema():
     """Return the JSON Schema of scenes, for editors; nothing is required, since a scene may have a base."""
     schema = Scene.model_json_schema()
-    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker", "Block", "PolygonWall"):
+    wave = schema["$defs"]["Wavemaker"]["properties"]["wave"]
+    wave["anyOf"] = wave.pop("oneOf")  # without its kind, which the base has, a wave may be one of several
+    del wave["discriminator"]
+    waves = [entry["$ref"].rsplit("/")[-1] for entry in wave["anyOf"]]
+    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker", "Block", "PolygonWall", *waves):
         schema["$defs"][section].pop("required", None)
     schema["properties"]["base"] = {"type": "string", "description": "scene that this one starts from: built-in, or a file"}
     del schema["required"]
@@ -165,14 +170,16 @@ def _item(items, number, key):
 
 def fault_of(entry, model=Scene):
     """Turn one of pydantic's findings about a `model` into a fault with the nearest valid key or the key's description."""
-    location = [part for part in entry["loc"] if part not in GAUGE_KINDS or entry["loc"][0] != "gauges"]
-    where = ".".join(map(str, location))
+    kinds = {"gauges": GAUGE_KINDS, "wavemaker": WAVE_KINDS}.get(entry["loc"][0] if entry["loc"] else None, ())
+    where = ".".join(str(part) for part in entry["loc"] if part not in kinds)  # kinds stand there, but are no keys
     model, field = _resolve(entry["loc"], model)
     if entry["type"] == "extra_forbidden":
         near = did_you_mean(entry["loc"][-1], model.model_fields).strip()
         return SceneError("unknown key", where=where, cure=near or f"valid keys: {', '.join(model.model_fields)}")
     if entry["type"] == "missing":
         return SceneError("is missing", where=where, cure=_cure(field))
+    if entry["type"] == "union_tag_not_found":
+        return SceneError("is missing", where=f"{where}.kind", cure=f"one of: {', '.join(kinds)}")
     message = entry["msg"][0].lower() + entry["msg"][1:]
     given = entry.get("input")
     if not isinstance(given, dict | list):
