@@ -44,6 +44,7 @@ def load_scene(source="pool", overrides=None):
     items = overrides.items() if isinstance(overrides, dict) else map(parse_setting, overrides or [])
     for key, value in items:
         _override(keys, key, value)
+    _locate(keys)  # so that a copy of the scene, as in the folder of a run, means the same file
     try:
         scene = Scene.model_validate(keys)
     except ValidationError as error:
@@ -81,6 +82,8 @@ def json_schema():
 def _with_base(source, above):
     """Return the keys of a scene merged into those of its base; `above` are the scenes that build on it."""
     keys = copy.deepcopy(source) if isinstance(source, dict) else _read(source)
+    if not isinstance(source, dict) and str(source) not in builtin_names():
+        _locate(keys, Path(source).parent)
     base = keys.pop("base", None)
     if base is None:
         return keys
@@ -93,6 +96,14 @@ def _with_base(source, above):
     if base in chain:
         raise SceneError("is its own base", where=base, why=" -> ".join((*chain, base)), cure="another base")
     return _merged(_with_base(base, chain), keys)
+
+
+def _locate(keys, folder="."):
+    """Make the file that a wave is read from absolute; it is named relative to the `folder` of the scene."""
+    maker = keys.get("wavemaker")
+    wave = maker.get("wave") if isinstance(maker, dict) else None
+    if isinstance(wave, dict) and isinstance(wave.get("file"), str):
+        wave["file"] = os.path.abspath(os.path.join(folder, wave["file"]))
 
 
 def _merged(base, keys):
