@@ -4,10 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from helpers import domain_of, images_of, water
+from helpers import domain_of, images_of, tank, water
 
 from parsph.columns import Grid
 from parsph.errors import RunError
+from parsph.kernels import KERNELS
+from parsph.particles import FIRST_GHOST
+from parsph.scene.build import walls_of
+from parsph.scene.load import load_scene
+from parsph.scene.schema import SILL
 from parsph.walls import MirrorWall
 from parsph.walls.mirror import LAWS, SLIPS
 from parsph.wavemakers import Flap, Oscillation
@@ -210,3 +215,78 @@ def test_the_plate_follows_its_angle():
     moving = wall((1.0, 0.0), motion=PLATE)
     moving.move(MOVING)
     np.testing.assert_allclose(moving.numbers[2:4], plate()[0], atol=1e-15)
+
+
+# --- walls of some heights ---------------------------------------------------------------------------------------------
+
+HINGE = 0.4
+HINGED = Flap((0.0, HINGE), Oscillation(math.radians(12), 1.7))
+LEANING = 1.7 / 4  # leans by its amplitude
+
+
+def flap_over_sill(hinge=HINGE, motion=HINGED):
+    """The two walls of a flap that is hinged above the bed."""
+    sill = MirrorWall("sill", (0.0, 0.0), (1.0, 0.0), "hydrostatic", "free", 1, span=(-np.inf, hinge))
+    flap = MirrorWall("flap", (0.0, 0.0), (1.0, 0.0), "hydrostatic", "free", 2, motion, span=(hinge, np.inf))
+    return [sill, flap]
+
+
+def test_a_wall_mirrors_at_its_heights_alone():
+    """The lower end belongs to it, the upper one to the next."""
+    some = MirrorWall("wall", (0.0, 0.0), (1.0, 0.0), "plain", "free", 1, span=(0.2, 0.5))
+    heights = np.array([0.1, 0.2 - 1e-12, 0.2, 0.35, 0.5 - 1e-12, 0.5, 0.7])
+    images, parents, _ = mirrored([some], np.stack([np.full(7, 0.05), heights], axis=1))
+    assert sorted(parents["position"][:, 1]) == list(heights[2:5])
+    np.testing.assert_array_equal(images["position"], parents["position"] * [-1, 1])
+    assert [some.distance((0.05, z)) for z in (0.1, 0.3, 0.5)] == [np.inf, 0.05, np.inf]
+
+
+def test_each_particle_near_a_hinge_has_one_image_that_of_the_wall_at_its_height():
+    """Just below it the sill's, upright; just above it the flap's, which starts from the same line."""
+    position = np.array([[0.05, HINGE - 1e-9], [0.05, HINGE + 1e-9], [0.16, HINGE + 0.3], [0.16, HINGE - 0.3]])
+    images, parents, tags = mirrored(flap_over_sill(), position, time=LEANING)
+    assert len(set(tags % FIRST_GHOST)) == len(tags) == 4
+    slope = math.tan(math.radians(12))
+    expected = [(-0.05, HINGE), (-0.05, HINGE), (2 * slope * 0.3 - 0.16, HINGE + 0.3), (-0.16, HINGE - 0.3)]
+    order = np.lexsort(images["position"].T)
+    np.testing.assert_allclose(images["position"][order], np.array(expected)[np.lexsort(np.array(expected).T)], atol=1e-8)
+    below = parents["position"][:, 1] < HINGE
+    assert (images["velocity"][below] == 0).all()
+
+
+@pytest.mark.parametrize("hinge", [0.0, HINGE])
+@pytest.mark.parametrize("lean", [-12, 12])
+def test_fluid_and_images_fill_the_space_at_a_leaning_flap(hinge, lean):
+    """The kernel's sum over both is that beside an upright wall, one to a few per mille: above the sill, and in the corner
+    of a flap that is hinged at the bed.
+    """
+    dx, h = 0.02, 0.04
+    slope = math.tan(math.radians(lean))
+    x, z = (axis.ravel() for axis in np.meshgrid(dx * (np.arange(40) + 0.5), dx * (np.arange(-30, 70) + 0.5)))
+    inside = z > 0 if hinge == 0 else z > -1
+    position = np.stack([x + slope * np.maximum(z - hinge, 0.0), z], axis=1)[inside]
+    motion = Flap((0.0, hinge), Oscillation(math.radians(abs(lean)), 1.7))
+    walls = flap_over_sill(hinge, motion)
+    if hinge == 0:
+        walls = [walls[1], wall((0.0, 1.0), bit=4)]
+    images, _, _ = mirrored(walls, position, time=LEANING if lean > 0 else 3 * LEANING)
+    everything = np.concatenate([position, images["position"]])
+    near = (position[:, 0] < 0.25) & (position[:, 1] > max(hinge - 0.2, 0.0)) & (position[:, 1] < hinge + 0.3)
+    apart = np.linalg.norm(position[near][:, None] - everything, axis=2)
+    sums = dx**2 * KERNELS["wendland-c2"].value(apart, h, 2).sum(axis=1)
+    assert near.sum() > 100
+    assert np.abs(sums - 1).max() < 0.004
+
+
+def test_the_left_wall_of_a_scene_stands_still_below_a_hinge():
+    wave = {"kind": "oscillation", "stroke": 0.01, "period": 1.0}
+    maker = {"kind": "flap", "wave": wave}
+    low, high = walls_of(load_scene(tank(wavemaker={**maker, "hinge": 0.08})))[:2]
+    assert (low.name, low.span, low.motion) == (SILL, (-np.inf, 0.08), None)
+    assert (high.name, high.span, high.motion.hinge) == ("left", (0.08, np.inf), (0.0, 0.08))
+    assert len({wall.bit for wall in walls_of(load_scene(tank(wavemaker={**maker, "hinge": 0.08})))}) == 4
+    for keys in (maker, {**maker, "hinge": -0.2}, {"kind": "piston", "wave": wave}):
+        walls = walls_of(load_scene(tank(wavemaker=keys)))
+        assert [wall.name for wall in walls] == ["left", "right", "bottom"]
+        assert walls[0].span == (-np.inf, np.inf)
+        assert [wall.motion is None for wall in walls] == [False, True, True]
