@@ -22,8 +22,9 @@ blocks = [{ low = [0.0, 0.0], high = [0.2, 0.2] }]
 left = { slip = "no" }
 right = {}
 bottom = {}
-[wavemaker]
-amplitude = 5.0
+[wavemaker.wave]
+kind = "oscillation"
+angle = 5.0
 period = 2.0
 [[damping]]
 length = 0.05
@@ -77,12 +78,12 @@ def test_sections_are_merged_and_values_replaced(folder):
     path = write(
         folder,
         "mine.toml",
-        'base = "tank.toml"\ntitle = "mine"\n[wavemaker]\nperiod = 3.0\n[walls.left]\nslip = "free"\n'
+        'base = "tank.toml"\ntitle = "mine"\n[wavemaker.wave]\nperiod = 3.0\n[walls.left]\nslip = "free"\n'
         "[walls.top]\n[output.log]\nevery = 0.5\n[numerics]\nalpha = 0.5",
     )
     base, mine = load_scene(folder / "tank.toml"), load_scene(path)
     assert (mine.title, base.title) == ("mine", "a tank")
-    assert (mine.wavemaker.amplitude, mine.wavemaker.period) == (5.0, 3.0)
+    assert (mine.wavemaker.wave.angle, mine.wavemaker.wave.period) == (5.0, 3.0)
     assert mine.walls.left.slip == "free"
     assert mine.walls.top is not None
     assert mine.walls.right == base.walls.right
@@ -108,7 +109,7 @@ def test_a_chain_of_bases_in_several_folders(folder):
     c = load_scene(write(folder, "c.toml", 'base = "b.toml"\n[time]\nend = 4.0'))
     assert (c.time.end, c.time.cfl) == (4.0, 0.3)
     assert (c.numerics.alpha, c.numerics.delta, c.numerics.dx) == (0.2, 0.2, 0.01)
-    assert c.wavemaker.amplitude == 5.0
+    assert c.wavemaker.wave.angle == 5.0
 
 
 def test_a_base_may_be_used_twice_in_a_chain_of_different_scenes(folder):
@@ -123,7 +124,7 @@ def test_overrides_come_on_top(folder):
     assert load_scene(path, ["time.end=5", "gauges.1.x=0.02"]).time.end == 5
     assert load_scene(path, {"gauges.1.x": 0.02}).gauges[1].x == 0.02
     assert load_scene(path, {"gauges.1.x": 0.02}).gauges[0].x == 0.1
-    assert load_scene(path, {"wavemaker.period": 1.5}).wavemaker.period == 1.5
+    assert load_scene(path, {"wavemaker.wave.period": 1.5}).wavemaker.wave.period == 1.5
 
 
 def test_keys_that_are_given_stay_as_they_are():
@@ -165,8 +166,9 @@ def test_pools_differ_in_their_ends_alone():
         assert other.fluid.blocks[0].high == [length, 1.0]
         assert (other.wavemaker, other.gauges, other.time) == (pool.wavemaker, pool.gauges, pool.time)
     impulse = load_scene("pool-impulse")
-    assert (impulse.wavemaker.motion, impulse.wavemaker.ramp) == ("single", 0.0)
-    assert (impulse.wavemaker.amplitude, impulse.wavemaker.period) == (pool.wavemaker.amplitude, pool.wavemaker.period)
+    assert (impulse.wavemaker.wave.cycles, impulse.wavemaker.wave.ramp) == (1, 0.0)
+    wave = pool.wavemaker.wave
+    assert (impulse.wavemaker.wave.angle, impulse.wavemaker.wave.period) == (wave.angle, wave.period)
     assert [gauge.kind for gauge in impulse.gauges] == ["level"] * 10 + ["energy"]
     assert impulse.damping == pool.damping
 
@@ -246,9 +248,13 @@ def test_the_json_of_a_run_is_the_same_scene(tmp_path):
 def test_the_json_of_a_run_can_be_a_base(tmp_path):
     """Where it holds null, nothing is replaced but that."""
     (tmp_path / "scene.json").write_text(scene_text(load_scene(tank())))
-    path = write(tmp_path, "mine.toml", 'base = "scene.json"\n[wavemaker]\namplitude = 2.0\nperiod = 1.0\n[walls.top]\n')
+    path = write(
+        tmp_path,
+        "mine.toml",
+        'base = "scene.json"\n[wavemaker.wave]\nkind = "oscillation"\nangle = 2.0\nperiod = 1.0\n[walls.top]\n',
+    )
     mine = load_scene(path)
-    assert mine.wavemaker.period == 1.0
+    assert mine.wavemaker.wave.period == 1.0
     assert mine.walls.top is not None
     assert mine.numerics == load_scene(tank()).numerics
 

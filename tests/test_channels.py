@@ -33,7 +33,7 @@ from parsph.verify import CASES
 from parsph.verify.channels import channel, couette_profile, poiseuille_profile, shake
 from parsph.walls import MirrorWall, PeriodicBorder
 from parsph.walls.mirror import SLIPS
-from parsph.wavemakers import Palette
+from parsph.wavemakers import Flap, Oscillation
 
 DX, RHO0, C0, NU = 0.05, 1000.0, 20.0, 0.3
 CELLS = {1: (40,), 2: (13, 11), 3: (7, 6, 7)}
@@ -702,7 +702,7 @@ def test_fluid_deep_behind_a_wall_is_lost_all_the_same():
         thrown(lone(), [200.0, 0.0])
 
 
-PALETTE = Palette(hinge=(0.0, 0.0), amplitude=math.radians(8), period=1.7)
+PLATE = Flap((0.0, 0.0), Oscillation(math.radians(8), 1.7))
 
 
 @pytest.mark.parametrize("slip", SLIPS)
@@ -710,9 +710,9 @@ PALETTE = Palette(hinge=(0.0, 0.0), amplitude=math.radians(8), period=1.7)
 def test_exchange_at_a_moving_plate_is_the_map_of_its_images(slip, features):
     """Fluid in front of the plate seen from behind is where, and what, the images of the plate are; so is its beginning."""
     time, rng = 0.31, np.random.default_rng(6)
-    wall, behind = (MirrorWall("left", (0.0, 0.0), (side, 0.0), "plain", slip, 1, motion=PALETTE) for side in (1.0, -1.0))
+    wall, behind = (MirrorWall("left", (0.0, 0.0), (side, 0.0), "plain", slip, 1, motion=PLATE) for side in (1.0, -1.0))
     position = np.stack([rng.uniform(-0.15, -0.01, 20), rng.uniform(0.2, 0.9, 20)], axis=1)
-    angle = PALETTE.at(time).angle
+    angle = PLATE.signal.at(time)[0]
     position[:, 0] += position[:, 1] * math.tan(angle)
     fields = {"position": position, "velocity": rng.normal(0, 1, (20, 2))}
     if "newtonian" in features:
@@ -740,9 +740,9 @@ def test_exchange_at_a_moving_plate_is_the_map_of_its_images(slip, features):
 def test_a_particle_in_a_corner_that_leans_ends_in_front_of_both_walls():
     """Its image at the bed is behind the plate again, which takes its turn."""
     time = 0.31
-    plate = MirrorWall("left", (0.0, 0.0), (1.0, 0.0), "plain", "free", 1, motion=PALETTE)
+    plate = MirrorWall("left", (0.0, 0.0), (1.0, 0.0), "plain", "free", 1, motion=PLATE)
     bed = MirrorWall("bottom", (0.0, 0.0), (0.0, 1.0), "plain", "free", 2)
-    slope = math.tan(PALETTE.at(time).angle)
+    slope = math.tan(PLATE.signal.at(time)[0])
     position = np.array([[0.5 * slope * 0.05, -0.05]])
     grid = Grid.around((-1.0, -1.0), (2.0, 2.0), 0.25)
     domain = domain_of(grid, {"position": position}, [plate, bed], reach=REACH, exchanging=True)
@@ -806,7 +806,10 @@ FAULTS = {
     "too low": ({"domain.size": [1.0, 0.199]}, "domain.size: 0.199 m are too few"),
     "no pressure": ({"fluid.blocks": [{"low": [0, 0], "high": [1, 0.2]}]}, "fluid.blocks.0.pressure: is missing"),
     "no sound speed": ({"numerics.c0": None}, "numerics.c0: is missing"),
-    "a wavemaker": ({"wavemaker": {"amplitude": 3.0, "period": 1.0}}, "wavemaker: there is no bed to hinge it at"),
+    "a wavemaker": (
+        {"wavemaker": {"wave": {"kind": "oscillation", "angle": 3.0, "period": 1.0}}},
+        "wavemaker: there is no bed to hinge it at",
+    ),
     "up twice": ({"domain.periodic": ["up", "up"]}, "domain.periodic: names an axis twice"),
     "x": ({"domain.periodic": ["x"]}, "domain.periodic.0"),
     "a seiche": ({"fluid.blocks.0.initial": "seiche"}, "fluid.blocks.0.initial: cannot begin so"),
@@ -862,8 +865,8 @@ def test_polygon_walls_are_refused_where_the_vertical_is_periodic():
         load_scene(CHANNEL, overrides)
 
 
-def test_a_palette_cannot_slide():
-    with pytest.raises(SceneError, match=r"walls\.left\.velocity: the wavemaker moves this wall"):
+def test_a_plate_cannot_slide():
+    with pytest.raises(SceneError, match=r"walls\.left\.velocity: this wall is moved already"):
         load_scene("pool", {"walls.left": {"slip": "no", "velocity": [0.0, 1.0]}})
 
 

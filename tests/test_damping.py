@@ -410,7 +410,7 @@ def test_still_water_of_a_layer_is_that_of_its_scene():
 def test_matched_density_is_damped_by_the_square_of_sound_over_phase_speed():
     """What a layer takes of a level is sigma_rho (c/c0)^2: matched to sigma with c the wavemaker's, else of long waves."""
     with_maker = load_scene("pool", {"damping.0.density": "matched"})
-    c = phase_speed(with_maker.wavemaker.period, 1.0, 9.8)
+    c = phase_speed(with_maker.wavemaker.wave.period, 1.0, 9.8)
     assert build(with_maker).zones[0].density_factor == pytest.approx((with_maker.c0 / c) ** 2)
     assert c == pytest.approx(6.061 / 2.236969878, rel=1e-4)
     damping = {"damping": [{"length": 0.05, "density": "matched"}]}

@@ -324,7 +324,6 @@ FAULTS = {
     "polygons as mirrors": ("still-tank", {"walls.treatment": "mirror"}, "walls.polygons.0", "cannot be mirrors"),
     "nothing holds": ("still", {"walls.treatment": "repulsion", "walls.repulsion": "none"}, "walls.repulsion", "nothing holds"),
     "no walls": ("still", {"walls": {"treatment": "ghosts"}}, "walls.treatment", "there are no walls"),
-    "a palette": ("pool", {"walls.treatment": "ghosts"}, "walls.treatment", "the wavemaker needs mirrors"),
     "ghosts in 1D": ("column-1d", {"walls.treatment": "ghosts"}, "walls.treatment", "not for 1D"),
     "shallow water": ("swe-pulse-reflecting", {"walls.treatment": "repulsion"}, "walls.treatment", "not for shallow water"),
     "push too far": ("still", {"walls.treatment": "repulsion", "walls.push_reach": 0.5}, "walls.push_reach", "too far"),

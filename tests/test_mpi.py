@@ -86,7 +86,7 @@ VARIANTS = {
         "damping__0__density": "plain",
     },
     "layers at both ends, matched, fx-vx, f1": {
-        "wavemaker__ramp": 0.0,
+        "wavemaker__wave__ramp": 0.0,
         "damping": '[{ side = "left", length = 0.9, sigma0 = 2.0, density = "matched", switch = "fx-vx" }, '
         '{ length = 11.2, density = "matched", switch = "fx-vx", killing = "f1" }]',
     },

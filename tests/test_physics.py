@@ -180,9 +180,9 @@ def test_sound_travels_at_c0_and_comes_back_from_the_wall():
 # --- the pool ------------------------------------------------------------------------------------------------------
 
 
-def test_water_follows_the_palette():
+def test_water_follows_the_plate():
     """After half a second the plate leans by nearly its amplitude: no particle is behind it, and none has stayed away."""
-    simulation = run(load_scene("pool", {"numerics.dx": 0.1, "time.end": 0.5, "wavemaker.ramp": 0.0, "gauges": []}))
+    simulation = run(load_scene("pool", {"numerics.dx": 0.1, "time.end": 0.5, "wavemaker.wave.ramp": 0.0, "gauges": []}))
     position = simulation.field("position")
     assert len(position) == 121 * 10
     angle = math.radians(5) * math.sin(2 * math.pi * 0.5 / 2.236969878)

@@ -28,7 +28,7 @@ TANK = {
     "domain": {"size": [1.6, 0.4], "gravity": GRAVITY},
     "fluid": {"blocks": [{"low": [0.0, 0.0], "high": [1.6, DEPTH]}]},
     "walls": {"left": {}, "right": {}, "bottom": {}},
-    "wavemaker": {"amplitude": 3.0, "period": PERIOD},
+    "wavemaker": {"wave": {"kind": "oscillation", "angle": 3.0, "period": PERIOD}},
     "damping": [{"side": "right", "length": 0.4}, {"side": "left", "length": 0.1}],
     "gauges": [
         {"kind": "level", "x": PLACES["level-00"]},
@@ -229,8 +229,8 @@ def test_level_difference_is_relative_to_the_waves_of_the_infinite_run(wavy, tmp
     assert METRICS["level-difference"].measure(infinite["infinite"], infinite) == 0.0
 
 
-def energies(folder, kinetic, motion="continuous"):
-    keys = {**TANK, "wavemaker": {**TANK["wavemaker"], "motion": motion}, "time": {"end": 8.0}}
+def energies(folder, kinetic, cycles=None):
+    keys = {**TANK, "wavemaker": {"wave": {**TANK["wavemaker"]["wave"], "cycles": cycles}}, "time": {"end": 8.0}}
     t = np.arange(len(kinetic)) * 0.1
     return Results(pretended(folder, keys, {"all": {"time [s]": t, "kinetic energy [J]": kinetic}}))
 
@@ -246,8 +246,8 @@ def test_energies_are_compared_after_start_up(tmp_path):
     assert METRICS["energy-difference"].measure(results, infinite) == pytest.approx(rms / 10)
     assert METRICS["energy-excess"].measure(results, infinite) == pytest.approx(0.4)
     assert METRICS["residual-energy"].measure(results, {}) == pytest.approx(9.0 / 53.0)
-    results = energies(tmp_path / "c", far + off, "single")
-    infinite = {"infinite": energies(tmp_path / "d", far, "single")}
+    results = energies(tmp_path / "c", far + off, 1)
+    infinite = {"infinite": energies(tmp_path / "d", far, 1)}
     assert METRICS["energy-excess"].measure(results, infinite) == pytest.approx(5.0)
     assert METRICS["energy-difference"].measure(results, infinite) == pytest.approx(math.sqrt(np.mean(off**2)) / 10)
 

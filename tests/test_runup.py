@@ -278,7 +278,7 @@ def test_the_tables_have_units_and_no_code_is_compiled_while_it_runs(tmp_path):
 
 def test_the_wavemakers_plate_has_its_run_up_and_pressures():
     """At a quarter of its period it leans towards +x: the shoreline's x is that of the plate at this height."""
-    maker = {"amplitude": 10.0, "period": 1.0}
+    maker = {"wave": {"kind": "oscillation", "angle": 10.0, "period": 1.0}}
     gauges = [{**RUNUP, "wall": "left"}, {"kind": "pressure", "point": [0.0, 0.1], "wall": "left"}]
     simulation = build(
         load_scene(
@@ -425,5 +425,5 @@ def test_every_fault_says_where_what_why_and_the_cure(name):
 
 def test_the_place_that_is_named_is_the_one_that_is_read():
     scene = load_scene(tank(walls={"polygons": [LINE]}, gauges=[{**RUNUP, "wall": "tank", "x": x} for x in (0.05, 0.19)]))
-    assert [gauge.ascent.x for gauge in gauges_of(scene, None)] == pytest.approx([0.0, 0.2])
+    assert [gauge.ascent.x for gauge in gauges_of(scene, None, {}, [])] == pytest.approx([0.0, 0.2])
     assert [ascent.x for ascent in ascents_of(scene, "tank")] == pytest.approx([0.0, 0.2])

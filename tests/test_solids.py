@@ -603,7 +603,7 @@ def test_a_pressure_gauge_with_an_extent_reads_the_mean_along_it():
 def test_the_mean_of_an_extent_is_that_of_its_points():
     gauge = {"kind": "pressure", "point": [0.05, 0.1], "extent": [0.0, 0.06]}
     scene = load_scene(tank(gauges=[gauge], time={"end": 0.0}))
-    points = gauges_of(scene, None)[0].points
+    points = gauges_of(scene, None, {}, [])[0].points
     assert len(points) == 12  # at most half a spacing apart
     np.testing.assert_allclose(points.mean(axis=0), [0.05, 0.1])
     singles = [{"kind": "pressure", "name": f"P{k}", "point": list(point)} for k, point in enumerate(points)]

@@ -1,20 +1,25 @@
-"""Mirror walls, at rest and moving, and the palette."""
+"""Mirror walls, at rest and moving."""
 
 import math
 
 import numpy as np
 import pytest
-from helpers import domain_of, images_of, water
+from helpers import domain_of, images_of, tank, water
 
 from parsph.columns import Grid
 from parsph.errors import RunError
+from parsph.kernels import KERNELS
+from parsph.particles import FIRST_GHOST
+from parsph.scene.build import walls_of
+from parsph.scene.load import load_scene
+from parsph.scene.schema import SILL
 from parsph.walls import MirrorWall
 from parsph.walls.mirror import LAWS, SLIPS
-from parsph.wavemakers import Palette
+from parsph.wavemakers import Flap, Oscillation
 
 REACH, GRAVITY = 0.2, (0.0, -9.81)
-PALETTE = Palette(hinge=(0.0, 0.0), amplitude=math.radians(8), period=1.7, ramp=0.6)
-MOVING = 0.31  # a time at which angle, rate and acceleration of PALETTE all differ from zero
+PLATE = Flap((0.0, 0.0), Oscillation(math.radians(8), 1.7, ramp=0.6))
+MOVING = 0.31  # a time at which angle, rate and acceleration of PLATE all differ from zero
 
 
 def wall(normal, point=(0.0, 0.0), law="hydrostatic", slip="free", bit=1, motion=None):
@@ -47,8 +52,8 @@ def cloud(count=40, low=0.01, high=0.99, seed=2):
 
 
 def plate():
-    """Normal into the fluid and the direction up along PALETTE's plate at the time MOVING."""
-    angle = PALETTE.at(MOVING).angle
+    """Normal into the fluid and the direction up along PLATE's plate at the time MOVING."""
+    angle = PLATE.signal.at(MOVING)[0]
     return np.array([math.cos(angle), -math.sin(angle)]), np.array([math.sin(angle), math.cos(angle)])
 
 
@@ -81,8 +86,8 @@ def test_mirror_is_an_involution(slip, side):
 
 def test_mirror_along_the_bed_is_an_involution_at_an_inclined_plate():
     position, _, _ = beside_plate()
-    images, parents, _ = mirrored([wall((1.0, 0.0), motion=PALETTE)], position, time=MOVING)
-    again, _, _ = mirrored([wall((-1.0, 0.0), motion=PALETTE)], images["position"], time=MOVING)
+    images, parents, _ = mirrored([wall((1.0, 0.0), motion=PLATE)], position, time=MOVING)
+    again, _, _ = mirrored([wall((-1.0, 0.0), motion=PLATE)], images["position"], time=MOVING)
     order, expected = np.argsort(again["position"][:, 1]), np.argsort(parents["position"][:, 1])
     np.testing.assert_allclose(again["position"][order], parents["position"][expected], atol=1e-13)
 
@@ -108,21 +113,21 @@ def plate_motion(position):
     """Velocity and acceleration of the plate's rotation at `position`: leaning to +x by theta turns (x, z) by
     ``v = theta' (z, -x)``, ``a = theta'' (z, -x) - theta'^2 (x, z)``.
     """
-    now = PALETTE.at(MOVING)
+    _, rate, acceleration = PLATE.signal.at(MOVING)
     turned = position[:, ::-1] * [1, -1]
-    return now.rate * turned, now.acceleration * turned - now.rate**2 * position
+    return rate * turned, acceleration * turned - rate**2 * position
 
 
 @pytest.mark.parametrize("slip", SLIPS)
 def test_velocities_of_images_are_relative_to_the_moving_plate(slip):
     """Free slip: ``v - 2 [(v - v_w) . n] n``; no slip: ``2 v_w - v``."""
-    images, parents, _ = mirrored([wall((1.0, 0.0), slip=slip, motion=PALETTE)], *beside_plate(), time=MOVING)
+    images, parents, _ = mirrored([wall((1.0, 0.0), slip=slip, motion=PLATE)], *beside_plate(), time=MOVING)
     v, (v_wall, _), (normal, _) = parents["velocity"], plate_motion(parents["position"]), plate()
     free = v - 2 * ((v - v_wall) @ normal)[:, None] * normal
     np.testing.assert_allclose(images["velocity"], free if slip == "free" else 2 * v_wall - v, atol=1e-13)
 
 
-@pytest.mark.parametrize("motion", [None, PALETTE], ids=["at rest", "moving"])
+@pytest.mark.parametrize("motion", [None, PLATE], ids=["at rest", "moving"])
 def test_hydrostatic_images_continue_the_pressure(motion):
     """``p_image - p = rho (g - a_w) . (x_image - x)``, with the density that belongs to it."""
     position, velocity, density = beside_plate() if motion else cloud()
@@ -180,48 +185,12 @@ def test_a_particle_beyond_a_wall_is_named():
         mirrored([wall((1.0, 0.0))], np.array([[0.05, 0.5], [-1e-6, 0.5]]))
 
 
-# --- the palette ---------------------------------------------------------------------------------------------------
+# --- a flap ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("ramp", [0.0, 0.6, 5.0])
-@pytest.mark.parametrize("single", [False, True])
-def test_rate_and_acceleration_are_the_derivatives_of_the_angle(ramp, single):
-    """By central differences, away from the times at which a sudden start or end has none."""
-    palette = Palette((0.0, 0.0), 0.1, 1.7, ramp, single)
-    step = 1e-5
-    for time in np.linspace(0.013, 3.3, 91):
-        if min(abs(time - palette.period), abs(time - ramp)) < 2 * step:
-            continue
-        before, now, after = (palette.at(t) for t in (time - step, time, time + step))
-        assert now.rate == pytest.approx((after.angle - before.angle) / (2 * step), abs=1e-8)
-        assert now.acceleration == pytest.approx((after.rate - before.rate) / (2 * step), abs=1e-7)
-
-
-def test_angle_is_that_of_the_paper():
-    """theta(t) = theta0 sin(2 pi t / P), leaning towards +x first."""
-    palette = Palette((0.0, 0.0), math.radians(5), 2.0)
-    assert palette.at(0.5).angle == pytest.approx(math.radians(5))
-    assert palette.at(1.5).angle == pytest.approx(-math.radians(5))
-    assert palette.at(0.0).angle == 0
-
-
-def test_a_ramp_starts_from_rest_and_ends_in_the_full_motion():
-    sudden = Palette((0.0, 0.0), 0.1, 1.7)
-    assert PALETTE.at(1e-9).rate == pytest.approx(0, abs=1e-8)
-    assert Palette((0.0, 0.0), 0.1, 1.7, ramp=0.6).at(0.6) == sudden.at(0.6)
-    assert abs(Palette((0.0, 0.0), 0.1, 1.7, ramp=0.6).at(0.3).angle) == pytest.approx(0.5 * sudden.at(0.3).angle)
-
-
-def test_a_single_oscillation_ends_upright_and_at_rest():
-    palette = Palette((0.0, 0.0), 0.1, 1.7, single=True)
-    assert palette.at(1.699).angle == pytest.approx(0, abs=1e-3)
-    for time in (1.7, 1.9, 50.0):
-        assert (palette.at(time).angle, palette.at(time).rate, palette.at(time).acceleration) == (0, 0, 0)
-
-
-def test_images_at_the_palette_have_the_height_of_their_parents():
+def test_images_at_a_leaning_plate_have_the_height_of_their_parents():
     """Mirrored along the bed: reflected squarely, the bed would not map onto itself."""
-    images, parents, _ = mirrored([wall((1.0, 0.0), motion=PALETTE)], *beside_plate(), time=MOVING)
+    images, parents, _ = mirrored([wall((1.0, 0.0), motion=PLATE)], *beside_plate(), time=MOVING)
     np.testing.assert_array_equal(images["position"][:, 1], parents["position"][:, 1])
     middle = 0.5 * (images["position"] + parents["position"])
     np.testing.assert_allclose(middle @ plate()[0], 0, atol=1e-15)
@@ -234,15 +203,90 @@ def test_a_point_of_the_plate_maps_to_itself_and_moves_with_the_plate(slip):
     along = np.linspace(0.1, 1.0, 9)[:, None]
     position = along * up + 1e-13 * normal
     velocity = np.random.default_rng(3).normal(0, 1, position.shape)
-    images, parents, _ = mirrored([wall((1.0, 0.0), slip=slip, motion=PALETTE)], position, velocity, time=MOVING)
+    images, parents, _ = mirrored([wall((1.0, 0.0), slip=slip, motion=PLATE)], position, velocity, time=MOVING)
     assert len(images["position"]) == 9
     np.testing.assert_allclose(images["position"], parents["position"], atol=1e-12)
     mean = 0.5 * (images["velocity"] + parents["velocity"]) @ normal
     distance = np.linalg.norm(parents["position"], axis=1)
-    np.testing.assert_allclose(mean, PALETTE.at(MOVING).rate * distance, rtol=1e-10)
+    np.testing.assert_allclose(mean, PLATE.signal.at(MOVING)[1] * distance, rtol=1e-10)
 
 
 def test_the_plate_follows_its_angle():
-    moving = wall((1.0, 0.0), motion=PALETTE)
+    moving = wall((1.0, 0.0), motion=PLATE)
     moving.move(MOVING)
     np.testing.assert_allclose(moving.numbers[2:4], plate()[0], atol=1e-15)
+
+
+# --- walls of some heights ---------------------------------------------------------------------------------------------
+
+HINGE = 0.4
+HINGED = Flap((0.0, HINGE), Oscillation(math.radians(12), 1.7))
+LEANING = 1.7 / 4  # leans by its amplitude
+
+
+def flap_over_sill(hinge=HINGE, motion=HINGED):
+    """The two walls of a flap that is hinged above the bed."""
+    sill = MirrorWall("sill", (0.0, 0.0), (1.0, 0.0), "hydrostatic", "free", 1, span=(-np.inf, hinge))
+    flap = MirrorWall("flap", (0.0, 0.0), (1.0, 0.0), "hydrostatic", "free", 2, motion, span=(hinge, np.inf))
+    return [sill, flap]
+
+
+def test_a_wall_mirrors_at_its_heights_alone():
+    """The lower end belongs to it, the upper one to the next."""
+    some = MirrorWall("wall", (0.0, 0.0), (1.0, 0.0), "plain", "free", 1, span=(0.2, 0.5))
+    heights = np.array([0.1, 0.2 - 1e-12, 0.2, 0.35, 0.5 - 1e-12, 0.5, 0.7])
+    images, parents, _ = mirrored([some], np.stack([np.full(7, 0.05), heights], axis=1))
+    assert sorted(parents["position"][:, 1]) == list(heights[2:5])
+    np.testing.assert_array_equal(images["position"], parents["position"] * [-1, 1])
+    assert [some.distance((0.05, z)) for z in (0.1, 0.3, 0.5)] == [np.inf, 0.05, np.inf]
+
+
+def test_each_particle_near_a_hinge_has_one_image_that_of_the_wall_at_its_height():
+    """Just below it the sill's, upright; just above it the flap's, which starts from the same line."""
+    position = np.array([[0.05, HINGE - 1e-9], [0.05, HINGE + 1e-9], [0.16, HINGE + 0.3], [0.16, HINGE - 0.3]])
+    images, parents, tags = mirrored(flap_over_sill(), position, time=LEANING)
+    assert len(set(tags % FIRST_GHOST)) == len(tags) == 4
+    slope = math.tan(math.radians(12))
+    expected = [(-0.05, HINGE), (-0.05, HINGE), (2 * slope * 0.3 - 0.16, HINGE + 0.3), (-0.16, HINGE - 0.3)]
+    order = np.lexsort(images["position"].T)
+    np.testing.assert_allclose(images["position"][order], np.array(expected)[np.lexsort(np.array(expected).T)], atol=1e-8)
+    below = parents["position"][:, 1] < HINGE
+    assert (images["velocity"][below] == 0).all()
+
+
+@pytest.mark.parametrize("hinge", [0.0, HINGE])
+@pytest.mark.parametrize("lean", [-12, 12])
+def test_fluid_and_images_fill_the_space_at_a_leaning_flap(hinge, lean):
+    """The kernel's sum over both is that beside an upright wall, one to a few per mille: above the sill, and in the corner
+    of a flap that is hinged at the bed.
+    """
+    dx, h = 0.02, 0.04
+    slope = math.tan(math.radians(lean))
+    x, z = (axis.ravel() for axis in np.meshgrid(dx * (np.arange(40) + 0.5), dx * (np.arange(-30, 70) + 0.5)))
+    inside = z > 0 if hinge == 0 else z > -1
+    position = np.stack([x + slope * np.maximum(z - hinge, 0.0), z], axis=1)[inside]
+    motion = Flap((0.0, hinge), Oscillation(math.radians(abs(lean)), 1.7))
+    walls = flap_over_sill(hinge, motion)
+    if hinge == 0:
+        walls = [walls[1], wall((0.0, 1.0), bit=4)]
+    images, _, _ = mirrored(walls, position, time=LEANING if lean > 0 else 3 * LEANING)
+    everything = np.concatenate([position, images["position"]])
+    near = (position[:, 0] < 0.25) & (position[:, 1] > max(hinge - 0.2, 0.0)) & (position[:, 1] < hinge + 0.3)
+    apart = np.linalg.norm(position[near][:, None] - everything, axis=2)
+    sums = dx**2 * KERNELS["wendland-c2"].value(apart, h, 2).sum(axis=1)
+    assert near.sum() > 100
+    assert np.abs(sums - 1).max() < 0.004
+
+
+def test_the_left_wall_of_a_scene_stands_still_below_a_hinge():
+    wave = {"kind": "oscillation", "stroke": 0.01, "period": 1.0}
+    maker = {"kind": "flap", "wave": wave}
+    low, high = walls_of(load_scene(tank(wavemaker={**maker, "hinge": 0.08})))[:2]
+    assert (low.name, low.span, low.motion) == (SILL, (-np.inf, 0.08), None)
+    assert (high.name, high.span, high.motion.hinge) == ("left", (0.08, np.inf), (0.0, 0.08))
+    assert len({wall.bit for wall in walls_of(load_scene(tank(wavemaker={**maker, "hinge": 0.08})))}) == 4
+    for keys in (maker, {**maker, "hinge": -0.2}, {"kind": "piston", "wave": wave}):
+        walls = walls_of(load_scene(tank(wavemaker=keys)))
+        assert [wall.name for wall in walls] == ["left", "right", "bottom"]
+        assert walls[0].span == (-np.inf, np.inf)
+        assert [wall.motion is None for wall in walls] == [False, True, True]

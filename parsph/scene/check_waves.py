@@ -7,7 +7,7 @@ import numpy as np
 from ..errors import SceneError, did_you_mean
 from ..wavemakers.series import ANGLES
 from ..waves import HIGHEST_SOLITARY, breaking_height, dispersion
-from .movers import bed_of, hinge_of, maker_of, place_of, wave_of
+from .movers import bed_of, hinge_of, maker_of, place_of, spectrum_of, wave_of
 from .schema import SIDES
 
 LONGEST_STROKE = 0.25  # of the free length of water
@@ -116,14 +116,13 @@ def _irregular(scene, wave, where):
         return faults
     if wave.height is None and wave.spectrum != "table":
         return [SceneError("is missing", where=f"{where}.height", cure="significant wave height [m]")]
-    if wave.height is None:
-        return []
+    height, key = (wave.height, "height") if wave.height is not None else (spectrum_of(wave).height, "densities")
     peak = _dispersion(scene)
     highest = breaking_height(scene.depth, peak.wavelength)
-    if HIGHEST_OF_MANY * wave.height > highest:
+    if HIGHEST_OF_MANY * height > highest:
         why = f"the highest of a thousand waves is {HIGHEST_OF_MANY} Hs, and waves of Tp break at {highest:.3g} m (Miche 1944)"
         cure = f"at most {highest / HIGHEST_OF_MANY:.3g} m"
-        return [SceneError(f"{wave.height:g} m is beyond breaking", where=f"{where}.height", why=why, cure=cure)]
+        return [SceneError(f"Hs = {height:.3g} m is beyond breaking", where=f"{where}.{key}", why=why, cure=cure)]
     return []
 
 

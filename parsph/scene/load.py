@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import SceneError, SceneFaults, did_you_mean
 from .check import faults_of
+from .makers_schema import WAVE_KINDS
 from .schema import GAUGE_KINDS, Scene
 
 BUILTIN = resources.files(__package__) / "builtin"
@@ -43,6 +44,7 @@ def load_scene(source="pool", overrides=None):
     items = overrides.items() if isinstance(overrides, dict) else map(parse_setting, overrides or [])
     for key, value in items:
         _override(keys, key, value)
+    _locate(keys)  # so that a copy of the scene, as in the folder of a run, means the same file
     try:
         scene = Scene.model_validate(keys)
     except ValidationError as error:
@@ -66,7 +68,11 @@ def scene_text(scene):
 def json_schema():
     """Return the JSON Schema of scenes, for editors; nothing is required, since a scene may have a base."""
     schema = Scene.model_json_schema()
-    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker", "Block", "PolygonWall"):
+    wave = schema["$defs"]["Wavemaker"]["properties"]["wave"]
+    wave["anyOf"] = wave.pop("oneOf")  # without its kind, which the base has, a wave may be one of several
+    del wave["discriminator"]
+    waves = [entry["$ref"].rsplit("/")[-1] for entry in wave["anyOf"]]
+    for section in ("DomainSection", "FluidSection", "Numerics", "TimeSection", "Wavemaker", "Block", "PolygonWall", *waves):
         schema["$defs"][section].pop("required", None)
     schema["properties"]["base"] = {"type": "string", "description": "scene that this one starts from: built-in, or a file"}
     del schema["required"]
@@ -76,6 +82,8 @@ def json_schema():
 def _with_base(source, above):
     """Return the keys of a scene merged into those of its base; `above` are the scenes that build on it."""
     keys = copy.deepcopy(source) if isinstance(source, dict) else _read(source)
+    if not isinstance(source, dict) and str(source) not in builtin_names():
+        _locate(keys, Path(source).parent)
     base = keys.pop("base", None)
     if base is None:
         return keys
@@ -88,6 +96,14 @@ def _with_base(source, above):
     if base in chain:
         raise SceneError("is its own base", where=base, why=" -> ".join((*chain, base)), cure="another base")
     return _merged(_with_base(base, chain), keys)
+
+
+def _locate(keys, folder="."):
+    """Make the file that a wave is read from absolute; it is named relative to the `folder` of the scene."""
+    maker = keys.get("wavemaker")
+    wave = maker.get("wave") if isinstance(maker, dict) else None
+    if isinstance(wave, dict) and isinstance(wave.get("file"), str):
+        wave["file"] = os.path.abspath(os.path.join(folder, wave["file"]))
 
 
 def _merged(base, keys):
@@ -165,14 +181,16 @@ def _item(items, number, key):
 
 def fault_of(entry, model=Scene):
     """Turn one of pydantic's findings about a `model` into a fault with the nearest valid key or the key's description."""
-    location = [part for part in entry["loc"] if part not in GAUGE_KINDS or entry["loc"][0] != "gauges"]
-    where = ".".join(map(str, location))
+    kinds = {"gauges": GAUGE_KINDS, "wavemaker": WAVE_KINDS}.get(entry["loc"][0] if entry["loc"] else None, ())
+    where = ".".join(str(part) for part in entry["loc"] if part not in kinds)  # kinds stand there, but are no keys
     model, field = _resolve(entry["loc"], model)
     if entry["type"] == "extra_forbidden":
         near = did_you_mean(entry["loc"][-1], model.model_fields).strip()
         return SceneError("unknown key", where=where, cure=near or f"valid keys: {', '.join(model.model_fields)}")
     if entry["type"] == "missing":
         return SceneError("is missing", where=where, cure=_cure(field))
+    if entry["type"] == "union_tag_not_found":
+        return SceneError("is missing", where=f"{where}.kind", cure=f"one of: {', '.join(kinds)}")
     message = entry["msg"][0].lower() + entry["msg"][1:]
     given = entry.get("input")
     if not isinstance(given, dict | list):

@@ -81,7 +81,8 @@ class Series(Section):
 
     kind: Literal["series"]
     file: str = Field(
-        description="text file of two columns, time and way at the still-water level (or angle); # begins a comment"
+        description="text file of two columns, time and way at the still-water level (or angle); # begins a comment; "
+        "relative to the scene's file"
     )
     unit: Literal[*LENGTHS] = Field(description="of the second column")
     time_unit: Literal[*TIMES] = Field("s", description="of the first column")

@@ -134,7 +134,10 @@ def components_of(scene):
     if wave.spectrum == "table":
         low, high = max(low, wave.frequencies[0]), min(high, wave.frequencies[-1])
     if wave.kind == "irregular":
-        count = math.ceil((wave.duration or scene.time.end) * (high - low))
+        duration = wave.duration or scene.time.end
+        if wave.duration:  # in the middle of each step there is then a multiple of 1/duration, and the waves repeat exactly
+            low, high = (math.floor(low * duration) + 0.5) / duration, (math.ceil(high * duration) - 0.5) / duration
+        count = max(1, round(duration * (high - low)) if wave.duration else math.ceil(duration * (high - low)))
         found = components(spectrum, low, high, count, wave.seed, jitter=wave.duration is None)
     else:
         count = math.ceil(FOCUS_RETURNS * wave.time * (high - low))

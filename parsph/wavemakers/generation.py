@@ -6,10 +6,11 @@ level makes ``eta = a cos(k x - w t - p)`` far from it, a/A = H/S, and beside it
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..waves import dispersion, near_field, second_order_full, transfer
+from ..waves import dispersion, near_modes, second_order_full, transfer
 from .signals import Harmonics, Sampled, ramp
 
 
@@ -35,12 +36,18 @@ class Elevation:
     depth: float
     hinge: float | None
 
+    @cached_property
+    def _modes(self):
+        """Wavenumbers times depth and amplitudes of the near field's modes, both of shape (n, modes): absorption asks often."""
+        return np.stack([near_modes(k * self.depth, self.hinge) for k in self.wavenumbers], axis=1)
+
     def at(self, time, x):
         """Return the level [m] at `time` [s] and the distance `x` [m] from the plate at rest."""
         m = self.motion
         if time <= 0:
             return 0.0
-        near = np.array([near_field(k * self.depth, self.hinge, x / self.depth) for k in self.wavenumbers])
+        k, share = self._modes
+        near = (share * np.exp(-k * (x / self.depth))).sum(axis=1)
         angle = m.frequencies * time + m.phases
         level = m.amplitudes * (self.far * np.cos(self.wavenumbers * x - angle) + near * np.sin(angle))
         return ramp(time, m.ramp)[0] * float(level.sum())

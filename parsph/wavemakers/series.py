@@ -81,7 +81,7 @@ def _from_rest(speed, duration, step):
 def _read(path):
     """Return times and values of a file as they stand in it."""
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(path, encoding="utf-8-sig") as file:
             lines = [line.split("#")[0].replace(",", " ").split() for line in file]
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"cannot be read: {error}", where=str(path), cure="a text file of two columns, time and way") from None

@@ -136,10 +136,13 @@ class Sampled:
             return float(self.values[-1]), 0.0, 0.0
         return tuple(float(curve(time)) for curve in self._curve)
 
-    @property
+    @cached_property
     def extent(self):
-        """The least and the largest value."""
-        return float(self.values.min()), float(self.values.max())
+        """The least and the largest value, which may lie between samples."""
+        curve, slope, _ = self._curve
+        turns = slope.roots(discontinuity=False, extrapolate=False)
+        values = np.concatenate([self.values, curve(turns[np.isfinite(turns)])])
+        return float(values.min()), float(values.max())
 
 
 @dataclass(frozen=True, eq=False)

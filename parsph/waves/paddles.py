@@ -108,11 +108,15 @@ def near_field(kd, hinge=None, x_over_depth=0.0, modes=200):
     -------
     float or ndarray, shape (...)
     """
-    hinge = _checked(hinge)
-    k = evanescent_wavenumbers(kd, modes)
-    share = np.sin(k) * _velocities(k, hinge)
+    k, share = near_modes(kd, hinge, modes)
     field = (share * np.exp(-k * np.asarray(x_over_depth, float)[..., None])).sum(-1)
     return float(field) if np.ndim(x_over_depth) == 0 else field
+
+
+def near_modes(kd, hinge=None, modes=200):
+    """Return ``k_n d`` and amplitudes at x = 0 of the modes that `near_field` sums, both of shape (modes,)."""
+    k = evanescent_wavenumbers(kd, modes)
+    return k, np.sin(k) * _velocities(k, _checked(hinge))
 
 
 def velocity_profile(kd, hinge=None, z_over_depth=1.0, modes=200):

@@ -33,7 +33,7 @@ POOL = {
     "numerics.density_range": [0.01, 100.0],
     "numerics.state": "linear",
     "walls.exchange": True,
-    "wavemaker.ramp": 0.0,
+    "wavemaker.wave.ramp": 0.0,
     "time.end": 0.1,
     "gauges": ENERGY,
 }
@@ -56,7 +56,7 @@ SCENES = {
         {},
         6.0,
     ),
-    "exchange at a palette": ("pool", POOL, 8.0),
+    "exchange at a plate": ("pool", POOL, 8.0),
     "smoothed continuity": (tank(time={"end": 0.02}, gauges=ENERGY), {f"numerics.{k}": v for k, v in SMOOTHED.items()}, 0.5),
 }
 

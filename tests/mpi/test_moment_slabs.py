@@ -70,7 +70,7 @@ def swinging():
 LOOKED_AT = {
     "a wall that swings": swinging,
     "a wavemaker, layers, smoothing": lambda: load_scene(
-        "pool", {"time.end": 0.1, "numerics.dx": 0.1, "numerics.xsph": 0.5, "wavemaker.ramp": 0.0}
+        "pool", {"time.end": 0.1, "numerics.dx": 0.1, "numerics.xsph": 0.5, "wavemaker.wave.ramp": 0.0}
     ),
     "renormalised gradients, midpoint": lambda: falling(
         0.05, diffusion="antuono", integrator="midpoint", c0_factor=5.0, kernel_correction="none"

@@ -231,7 +231,7 @@ def test_moving_cuts_lose_nobody_and_change_no_bit(communicator, monkeypatch):
 
 
 GAUGES = [{"kind": "energy", "every": 0.25, "name": "all"}]
-# The right layer begins close to the palette, so that something moves in it; a killing function at the palette would let
+# The right layer begins close to the plate, so that something moves in it; a killing function at the plate would let
 # the water through.
 LAYERS = [
     {"side": "left", "length": 0.9, "sigma0": 2.0, "density": "matched", "switch": "fx-vx"},
@@ -255,7 +255,7 @@ SCENES = {
         {
             "time.end": 0.3,
             "numerics.dx": 0.1,
-            "wavemaker.ramp": 0.0,
+            "wavemaker.wave.ramp": 0.0,
             "damping": LAYERS,
             "gauges": [{"kind": "energy", "every": 0.05}, {"kind": "level", "x": 1.0, "every": 0.05}],
         },
