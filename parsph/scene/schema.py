@@ -447,7 +447,7 @@ class Scene(Section):
     @property
     def moved_sides(self):
         """Names of the sides of the domain whose walls move, but within their planes."""
-        walls = ([self.wavemaker.wall] if self.wavemaker else []) + [body.wall for body in self.bodies]
+        walls = [maker.wall for maker in (self.wavemaker, *self.bodies) if maker]
         return [wall for wall in walls if wall in SIDES]
 
     @property
