@@ -163,8 +163,13 @@ class DampingZone:
         """What the compiled code knows of the density: its factor, the still water, the state without its code."""
         return self.density_factor, (self.level, self.weight, self.surface_pressure), tuple(self.state[1:])
 
-    def damp(self, particles, first, last, dt):
-        """Damp the fluid rows ``first:last`` over `dt` [s]."""
+    @property
+    def weakens(self):
+        """Whether it weakens the force."""
+        return self.killing != "none"
+
+    def act(self, particles, first, last, time, dt):
+        """Damp the fluid rows ``first:last``, which are at `time` [s], over the `dt` [s] before it."""
         codes = PROFILES[self.profile], SWITCHES[self.switch], self.density_factor > 0, self.state[0]
         relax = compiled_layer(particles.layout.dim, *codes)
         p = particles

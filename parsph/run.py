@@ -22,6 +22,7 @@ from .scene.load import load_scene, scene_name, scene_text
 from .scene.movers import expected_height
 from .scene.plan import costs
 from .scene.solids import fillings_of
+from .scene.zones import relaxed_height
 from .walls import INTERPOLATORS
 
 
@@ -223,11 +224,11 @@ def wave_heights(scene, simulation):
     """Return the height at each level gauge over the last two periods, and the one that was asked for or is expected.
 
     Expected: what is asked for, or Biesel's transfer function times the stroke at the still-water level. Empty when the
-    scene has no wavemaker that makes waves of one period without end, no level gauge, or is shorter than the start-up and two
-    periods.
+    scene has no wavemaker, nor relaxation zone, that makes waves of one period without end, no level gauge, or is shorter than
+    the start-up and two periods.
     """
     gauges = [g for g in simulation.observers if getattr(g, "columns", ()) == ("level [m]",)]
-    expected, period = expected_height(scene), scene.wave_period
+    expected, period = expected_height(scene) if scene.wavemaker else relaxed_height(scene), scene.wave_period
     if expected is None or not gauges or scene.time.end < 6 * period:
         return {}
     heights = {}

@@ -25,7 +25,8 @@ class Simulation:
     sweep : Sweep
     state : State
     integrator : Verlet or Midpoint
-    zones : list of DampingZone
+    zones : list of DampingZone or RelaxationZone
+        What acts on the fluid at the ends of the basin.
     end : float
         When to stop [s].
     dt : float or None
@@ -60,7 +61,7 @@ class Simulation:
     ):
         self.domain, self.sweep, self.state = domain, sweep, state
         self.integrator, self.zones, self.end = integrator, zones, rounded(end)
-        self._weakening = [zone for zone in zones if zone.killing != "none"]
+        self._weakening = [zone for zone in zones if zone.weakens]
         self.fixed_dt, self.cfl = dt, cfl
         self.gradients, self.density_filter = gradients, density_filter
         self.settling, self.rest_time = settling, 10.0 * sweep.h / sweep.c0
@@ -152,14 +153,14 @@ class Simulation:
     # --- one step -------------------------------------------------------------------------------------------------
 
     def step(self, dt):
-        """Advance by `dt` [s]: fluid, then the absorbing layers on top of it, what polygon walls let nothing through, what
-        crossed a border, and the walls that the flow moves.
+        """Advance by `dt` [s]: fluid, then absorbing layers and relaxation zones on top of it, what polygon walls let nothing
+        through, what crossed a border, and the walls that the flow moves.
         """
         with self.timers("step passes"):
             self._extremes = self.integrator.step(self.particles, self.evaluate, self.time, dt)
         for zone in self.zones:
             with self.timers("damping"):
-                zone.damp(self.particles, *self.domain.rows_between(*zone.span), dt)
+                zone.act(self.particles, *self.domain.rows_between(*zone.span), self.time + dt, dt)
         if self.domain.barrier:
             with self.timers("barrier"):
                 self.domain.stop_at_walls(self.time + dt)

@@ -19,6 +19,7 @@ kernels states waves
 analysis measured viz
 columns geometry wavemakers
 terms damping walls
+relaxation
 sweep
 gradients moments
 domain stepping

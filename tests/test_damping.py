@@ -43,7 +43,7 @@ def apply(layer, particles, dt):
     """Damp all rows; return {field: (before, after)}."""
     rows = slice(particles.first, particles.last)
     before = {name: particles.field(name, rows).copy() for name in NAMES}
-    layer.damp(particles, particles.first, particles.last, dt)
+    layer.act(particles, particles.first, particles.last, 0.0, dt)
     return {name: (before[name], particles.field(name, rows)) for name in NAMES}
 
 
@@ -209,7 +209,7 @@ def test_rows_that_are_not_asked_for_are_left_alone():
     particles = sample()
     rows = particles.shared.copy()
     middle = particles.first + 100
-    zone(with_density=True).damp(particles, particles.first, middle, 0.05)
+    zone(with_density=True).act(particles, particles.first, middle, 0.0, 0.05)
     np.testing.assert_array_equal(particles.shared[middle:], rows[middle:])
     assert (particles.shared[:middle] != rows[:middle]).any()
 
@@ -423,7 +423,7 @@ def test_matched_density_is_damped_by_the_square_of_sound_over_phase_speed():
 @pytest.fixture
 def calls(monkeypatch):
     """Count what runs ask of their layers."""
-    found = {"restrain": 0, "damp": 0}
+    found = {"restrain": 0, "act": 0}
     for name in found:
         original = getattr(DampingZone, name)
 
@@ -439,11 +439,11 @@ def test_layers_are_asked_for_what_they_do_and_no_more(calls):
     """Damped once a step; the force weakened after each evaluation, and never in a scene without a killing function."""
     for integrator in ("verlet", "midpoint"):
         for killing in KILLINGS:
-            calls.update(restrain=0, damp=0)
+            calls.update(restrain=0, act=0)
             overrides = {"damping": [{"length": 0.1, "killing": killing}], "numerics.integrator": integrator}
             simulation = build(load_scene(tank(time={"end": 0.003}), overrides))
             simulation.run()
-            assert calls["damp"] == simulation.steps > 2
+            assert calls["act"] == simulation.steps > 2
             assert calls["restrain"] == (simulation.evaluations if killing != "none" else 0)
 
 

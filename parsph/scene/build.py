@@ -41,6 +41,7 @@ from .load import scene_text
 from .movers import maker_of, place_of, relative_hinge
 from .schema import SIDES, SILL
 from .solids import ascent_of, fillings_of, ghosts_of, markers_of, motions_of, still_force, surface_of
+from .zones import relaxation_of
 
 
 def build(scene, communicator=None, folder=None):
@@ -119,7 +120,7 @@ def build(scene, communicator=None, folder=None):
         sweep,
         state,
         INTEGRATORS[n.integrator](),
-        [_zone(scene, zone) for zone in scene.damping],
+        [_zone(scene, zone) for zone in scene.damping] + [relaxation_of(scene, zone, state) for zone in scene.relaxation],
         scene.time.end,
         scene.time.dt,
         scene.cfl,

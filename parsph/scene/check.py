@@ -11,6 +11,7 @@ from ..walls import REPULSIONS, TREATMENTS
 from .check_waves import body_faults, maker_faults
 from .schema import SIDES
 from .solids import ascents_of, fillings_of, polygon_faults, wall_faults
+from .zones import relaxation_faults
 
 _ONLY_SHALLOW = 'numerics.state = "shallow", or leave it out'
 STRIP_H_OVER_DX = 1.7
@@ -19,7 +20,7 @@ STRIP_H_OVER_DX = 1.7
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
     faults = _shapes(scene) or _shallow(scene) or _treatment(scene)
-    faults = faults or maker_faults(scene) + body_faults(scene) or wall_faults(scene)
+    faults = faults or maker_faults(scene) + body_faults(scene) or relaxation_faults(scene) or wall_faults(scene)
     rest = _numerics, _terms, _geometry, _sliding, _periodic, _damping, _gauges
     return faults or [fault for part in rest for fault in part(scene)]
 

@@ -1,11 +1,12 @@
 """The keys of what makes waves and of what they move: wavemaker, its absorption, relaxation zones, bodies."""
 
+from functools import lru_cache
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from ..wavemakers.series import LENGTHS, TIMES
-from ..waves import REGULAR_THEORIES, SOLITARY_THEORIES, SPECTRA
+from ..waves import REGULAR_THEORIES, SOLITARY_THEORIES, SPECTRA, dispersion, regular_wave
 from .fields import NotNegative, Point, Positive, Section
 
 _PERIOD = "one of period [s], frequency [Hz] and wavelength [m]"
@@ -125,17 +126,50 @@ class Wavemaker(Section):
 
 
 class Relaxation(Section):
-    """A zone in which the velocity is relaxed towards that of a wave."""
+    """A zone at an end of the domain in which the flow is relaxed towards that of a wave to larger x, or towards still water.
+
+    At the left it makes that wave, and takes up what comes back to it; at the right, with height 0, it takes up what comes.
+    The phase is the same everywhere: a crest at x = 0 at t = 0.
+    """
 
     side: Literal["left", "right"] = Field("left", description="end of the domain")
-    length: Positive = Field(description="of the zone [m]")
+    length: Positive = Field(description="of the zone [m]; about a wavelength, half of one at least")
     height: NotNegative = Field(description="wave height, crest to trough [m]; 0 relaxes to still water")
     period: Positive | None = Field(None, description=f"[s]; {_PERIOD}")
     frequency: Positive | None = Field(None, description=f"[Hz]; {_PERIOD}")
     wavelength: Positive | None = Field(None, description=f"[m]; {_PERIOD}")
     theory: Literal[*REGULAR_THEORIES] = Field("fenton", description="of the wave")
     ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two periods")
-    rate: Positive | None = Field(None, description="of the relaxation at the end of the domain [1/s]; default: 10 per period")
+    rate: Positive | None = Field(None, description="of the relaxation at the end of the domain [1/s]; default: 20 per period")
+    density: Literal["none", "matched"] = Field(
+        "matched",
+        description="relax the density too: matched, so hard that differences in level decay as fast as those in velocity, "
+        "with the mass that takes; none: the velocity alone, which takes a longer zone",
+    )
+
+    def target(self, depth, gravity):
+        """Return the `RegularWave` that the flow is relaxed to, on `depth` [m] under `gravity` [m/s^2]; None: still water.
+
+        Raises
+        ------
+        SceneError
+            When there is no such wave.
+        """
+        if self.height == 0:
+            return None
+        return _regular(self.height, depth, gravity, self.period, self.frequency, self.wavelength, self.theory)
+
+    def own_period(self, depth, gravity):
+        """Return the period [s] of its waves, None where it names none."""
+        wave = self.target(depth, gravity)
+        if wave is not None:
+            return wave.period
+        if self.period is None and self.frequency is None and self.wavelength is None:
+            return None
+        return dispersion(depth, gravity, self.period, self.frequency, self.wavelength).period
+
+
+_regular = lru_cache(regular_wave)  # a scene asks for it several times
 
 
 class Body(Section):

@@ -16,6 +16,7 @@ from .build import borders_of, state_of, terms_of, walls_of
 from .movers import describe_maker
 from .schema import GAUGE_KINDS
 from .solids import fillings_of, markers_of, motions_of, outlines_of
+from .zones import describe_zone
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
@@ -125,6 +126,8 @@ def print_plan(scene, name):
         )
         parts += [f"moves from {body.threshold:g} times the force of still water on"] * (body.threshold > 1)
         table.add_row(f"body {body.wall}", ", ".join(parts), "Huang et al. section 4.4")
+    for zone in scene.relaxation:
+        table.add_row(f"{zone.side} relaxation", *map(_plain, describe_zone(scene, zone)))
     for zone in scene.damping:
         what = "velocity" if zone.density == "none" else f"velocity and density ({zone.density})"
         parts = [f"{zone.length:g} m", zone.profile, f"damps {what}"]
@@ -141,6 +144,8 @@ def print_plan(scene, name):
         omitted.append("wavemaker")
     if not scene.damping:
         omitted.append("absorbing layer")
+    if not scene.relaxation:
+        omitted.append("relaxation zone")
     out.print(f"not modelled, not stored, not swept: {', '.join(omitted) or 'nothing'}")
     fields = Layout(scene.dim, scene.features).fields
     cost = costs(scene)

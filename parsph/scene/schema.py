@@ -425,10 +425,13 @@ class Scene(Section):
 
     @property
     def wave_period(self):
-        """Period [s] of what the wavemaker makes, the peak period of irregular waves; None where there is none."""
+        """Period [s] of what the wavemaker makes, the peak period of irregular waves; without one that of the relaxation zones'
+        waves; None where there are none.
+        """
         wave = self.wavemaker.wave if self.wavemaker else None
         if wave is None:
-            return None
+            periods = (zone.own_period(self.depth, self.domain.gravity) for zone in self.relaxation)
+            return next((period for period in periods if period is not None), None)
         if wave.kind == "regular":
             return dispersion(self.depth, self.domain.gravity, wave.period, wave.frequency, wave.wavelength).period
         if getattr(wave, "spectrum", "") == "table":
