@@ -82,9 +82,11 @@ class Absorber:
     """What a wavemaker adds to its motion to take up the waves that come back to it.
 
     Long waves of the level eta' that run to the plate are not reflected by a piston that goes along with their water,
-    ``X' = -eta' sqrt(g/d)``, a flap with the speed that moves as much water; eta' is the level in front of the plate less the
-    one that the plate's own waves should have there (Schaeffer & Klopman 2000; Altomare et al. 2017). The plate follows
-    within a time tau, ``X'' = (X'_wanted - X')/tau``, with a limit, and drifts back to its course.
+    ``X' = -eta' sqrt(g/d)``; eta' is the level in front of the plate less the one that the plate's own waves should have
+    there (Schaeffer & Klopman 2000; Altomare et al. 2017). `parsph.waves.absorption` says with what gain and lag that holds
+    for waves of a period, and for flaps. The plate follows within the lag tau, ``X'' = (X'_wanted - X')/tau``, with a limit.
+    What waves leave of the mean level (they carry water along) would let it drift: eta' is taken less its mean over a longer
+    time, in which the plate comes back to its course, too.
 
     Parameters
     ----------
@@ -98,22 +100,21 @@ class Absorber:
         x of the plate at rest [m].
     distance : float
         Of the gauge in front of the plate [m].
-    level, depth, gravity : float
-        [m], [m], [m/s^2]
-    share : float
-        What water a flap moves over that of a piston of the same way at the level [-]; 1 for a piston.
-    filter, centering : float
-        tau [s]; time within which the plate drifts back [s].
+    level : float
+        Of still water [m].
+    gain, lag : float
+        X' over -eta' [1/s], tau [s].
+    centering : float
+        Time over which the mean is taken, and within which the plate drifts back [s].
     largest : float
         Acceleration [m/s^2].
     """
 
-    def __init__(self, signal, motion, expected, place, distance, level, depth, gravity, share, filter, centering, largest):
+    def __init__(self, signal, motion, expected, place, distance, level, gain, lag, centering, largest):
         self.signal, self.motion, self.expected = signal, motion, expected
         self.place, self.distance, self.level = place, distance, level
-        self.gain = math.sqrt(gravity / depth) / share
-        self.filter, self.centering, self.largest = filter, centering, largest
-        self.gauge = None
+        self.gain, self.lag, self.centering, self.largest = gain, lag, centering, largest
+        self.time, self.mean = None, 0.0
 
     def advance(self, simulation, time):
         """Go on to `time` [s], the end of a step, and decide on the acceleration of the next one; collective."""
@@ -122,9 +123,13 @@ class Absorber:
         gauge = LevelGauge("", None, (x,), ((-np.inf, 0.0), (np.inf, np.inf)))
         measured = simulation.communicator.broadcast(gauge.measure(simulation))[0]
         way, speed, _ = self.signal.at(time)
-        wanted = -self.gain * (measured - self.level - self.expected.at(time, x - self.place)) - way / self.centering
+        unexplained = measured - self.level - self.expected.at(time, x - self.place)
+        if self.time is not None:
+            self.mean += (time - self.time) / self.centering * (unexplained - self.mean)
+        self.time = time
+        wanted = -self.gain * (unexplained - self.mean) - way / self.centering
         least, largest = self.signal.extent
         if (way >= largest and wanted > 0.0) or (way <= least and wanted < 0.0):
             wanted = 0.0
-        pull = min(max((wanted - speed) / self.filter, -self.largest), self.largest)
+        pull = min(max((wanted - speed) / self.lag, -self.largest), self.largest)
         self.signal.go_on(time, way, speed, pull)

@@ -240,11 +240,7 @@ def _decay(results, x, amplitudes, period):
 
 
 def _viscosity(scene):
-    """Return the kinematic viscosity [m^2/s] that a scene's momentum equation has, 0.0 for none.
-
-    Of artificial viscosity it is `viscosity_of_alpha`, that of all pairs of particles: where approaching pairs alone feel it,
-    as in Monaghan's form, about half of it dissipates.
-    """
+    """Return the kinematic viscosity [m^2/s] that a scene's momentum equation has, 0.0 for none."""
     numerics = scene.numerics
     if numerics.viscosity == "monaghan":
         return viscosity_of_alpha(numerics.alpha, scene.h, scene.c0, scene.dim)

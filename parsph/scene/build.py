@@ -35,13 +35,15 @@ from ..terms import (
     Terms,
 )
 from ..walls import MirrorWall, PeriodicBorder
-from ..wavemakers.generation import mean_shape
-from ..waves import Seiche, phase_speed, pulse
+from ..waves import Seiche, dispersion, phase_speed, pulse, tuned_absorption
 from .load import scene_text
 from .movers import maker_of, place_of, relative_hinge
 from .schema import SIDES, SILL
 from .solids import ascent_of, fillings_of, ghosts_of, markers_of, motions_of, still_force, surface_of
 from .zones import relaxation_of
+
+LONG = 0.3  # kd of the waves that absorption is tuned to where there is no period
+CENTERING = 60.0  # time within which an absorbing plate drifts back, over sqrt(d/g)
 
 
 def build(scene, communicator=None, folder=None):
@@ -203,8 +205,7 @@ def walls_of(scene, motions=None):
 
 def movers_of(scene, maker, motions):
     """Return what decides on the ways of walls as the run goes on."""
-    movers, gravity, depth = [], scene.domain.gravity, scene.depth
-    unit = math.sqrt(depth / gravity) if gravity > 0 and depth > 0 else 0.0
+    movers = []
     for body in scene.bodies:
         motion, surface = motions[body.wall], surface_of(scene, body.wall)
         still = still_force(scene, surface, motion.direction)
@@ -212,23 +213,13 @@ def movers_of(scene, maker, motions):
         numbers = body.mass, body.stiffness, body.damping, body.friction, (body.threshold - 1.0) * abs(still), preload
         movers.append(MovableWall(body.wall, motion.signal, motion, surface, *numbers, body.start))
     if maker and maker.added:
-        keys, hinge = scene.wavemaker.absorption, relative_hinge(scene)
-        movers.append(
-            Absorber(
-                maker.added,
-                maker.motion,
-                maker.expected,
-                place_of(scene),
-                keys.distance or scene.reach,
-                scene.level,
-                depth,
-                gravity,
-                mean_shape(hinge),
-                keys.filter or 0.05 * unit,
-                keys.centering or 20.0 * unit,
-                keys.acceleration or 0.5 * gravity,
-            )
-        )
+        keys, gravity, depth = scene.wavemaker.absorption, scene.domain.gravity, scene.depth
+        distance = keys.distance or scene.reach
+        period = scene.wave_period or dispersion(depth, gravity, wavelength=2 * math.pi * depth / LONG).period
+        gain, lag = tuned_absorption(period, depth, gravity, relative_hinge(scene), distance)
+        centering = keys.centering or CENTERING * math.sqrt(depth / gravity)
+        plate = maker.added, maker.motion, maker.expected, place_of(scene), distance, scene.level
+        movers.append(Absorber(*plate, gain, keys.filter or lag, centering, keys.acceleration or 0.5 * gravity))
     return movers
 
 

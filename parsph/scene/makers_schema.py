@@ -104,12 +104,13 @@ class Absorption(Section):
         None, description="of the level gauge in front of the plate [m]; default: the support radius"
     )
     filter: Positive | None = Field(
-        None, description="time within which the plate follows the gauge [s]; default: 0.05 sqrt(depth/g)"
+        None,
+        description="time within which the plate follows the gauge [s]; default: what theory asks for",
     )
     reach: Positive | None = Field(None, description="how far it may leave its course [m]; default: half the depth")
     acceleration: Positive | None = Field(None, description="largest it may add [m/s^2]; default: 0.5 g")
     centering: Positive | None = Field(
-        None, description="time within which it drifts back to its course [s]; default: 20 sqrt(depth/g)"
+        None, description="time within which it drifts back to its course [s]; default: 60 sqrt(depth/g)"
     )
 
 

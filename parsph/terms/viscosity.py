@@ -31,7 +31,7 @@ VISCOSITIES = {
         "monaghan",
         MONAGHAN,
         "Pi_ab = -alpha h c0 (v_ab . r_ab) / (r_ab^2 + 0.01 h^2) / rho_ab, approaching pairs only; 1/rho_ab is the mean "
-        "of 1/rho_a and 1/rho_b; equivalent to nu = alpha h c0 / (2 (dim + 2))",
+        "of 1/rho_a and 1/rho_b; equivalent to nu = alpha h c0 / (4 (dim + 2))",
         "Monaghan (1992); Monaghan (2005) eq. (8.6)",
     ),
     "newtonian": Formula(

@@ -141,10 +141,3 @@ def solitary(wave, start):
     motion = Sampled(t + start, way)
     middle = float(np.interp(0.5 * way[-1], way, t))  # the crest is at the plate, X = 0, at half of the way
     return motion, SolitaryElevation(wave, start + middle - 0.5 * way[-1] / wave.celerity)
-
-
-def mean_shape(hinge):
-    """Return how much water a plate moves over what a piston of the same way at the still-water level moves."""
-    if hinge is None:
-        return 1.0
-    return 0.5 * (1.0 - hinge) if hinge >= 0.0 else (0.5 - hinge) / (1.0 - hinge)

@@ -1,10 +1,11 @@
 """Theory of water waves: what a wave tank should show, no solver needed.
 
-Linear waves (`linear`), standing waves (`basins`), shallow water (`shallow`), what paddles make (`paddles`), solitary waves
-(`solitary`), irregular waves (`spectra`), nonlinear regular waves (`regular`), how high waves can be (`limits`), and a table of
-all that for one wave (`summary`).
+Linear waves (`linear`), standing waves (`basins`), shallow water (`shallow`), what paddles make (`paddles`) and absorb
+(`absorption`), solitary waves (`solitary`), irregular waves (`spectra`), nonlinear regular waves (`regular`), how high waves
+can be (`limits`), and a table of all that for one wave (`summary`).
 """
 
+from .absorption import sent_back, tuned_absorption
 from .basins import Seiche
 from .limits import HIGHEST_SOLITARY, breaking_height, highest_wave, mccowan, miche, regime, second_harmonic, ursell
 from .linear import (
@@ -80,8 +81,10 @@ __all__ = [
     "second_harmonic",
     "second_order",
     "second_order_full",
+    "sent_back",
     "solitary_on_wall",
     "transfer",
+    "tuned_absorption",
     "ursell",
     "velocity_profile",
     "viscosity_of_alpha",
