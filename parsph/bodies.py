@@ -129,7 +129,11 @@ class Absorber:
         self.time = time
         wanted = -self.gain * (unexplained - self.mean) - way / self.centering
         least, largest = self.signal.extent
-        if (way >= largest and wanted > 0.0) or (way <= least and wanted < 0.0):
-            wanted = 0.0
+        wanted = max(min(wanted, self._fastest(largest - way)), -self._fastest(way - least))
         pull = min(max((wanted - speed) / self.lag, -self.largest), self.largest)
         self.signal.go_on(time, way, speed, pull)
+
+    def _fastest(self, room):
+        """Return how fast the plate may go when there is so much `room` [m] left, so that it comes to a halt in it [m/s]."""
+        room = max(room, 0.0)  # the first is critically damped, the second leaves half of the acceleration for the delay
+        return min(room / (4.0 * self.lag), math.sqrt(self.largest * room))

@@ -210,8 +210,8 @@ class Simulation:
         p.shared[p.first : p.last, velocity] = 0.0
 
     def prepare(self):
-        """Settle where the scene says so, set the rates at the beginning, which the first prediction needs, and let movers and
-        observers begin.
+        """Settle where the scene says so, set the rates at the beginning, which the first prediction needs, decide on what the
+        flow moves, and let the observers begin.
         """
         if self.settling:
             self.settle()

@@ -302,6 +302,13 @@ FAULTS = {
         "behind the tank",
         "at most 6 m",
     ),
+    "absorption within the support of the plate": (
+        maker(REGULAR, absorption={"distance": 0.05}),
+        "wavemaker.absorption.distance",
+        "0.05 m is too near",
+        "no water for its sums",
+        "at least 0.08 m",
+    ),
     # --- bodies
     "body that is not there": (
         {"bodies": [{**BODY, "wall": "rigth"}]},

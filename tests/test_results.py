@@ -559,7 +559,10 @@ def test_plot_draws_particles_levels_and_energies(tank, humps, tmp_path, command
         (["analyse", "spectrum", "{wavy}", "--segments", "100"], "do not make 100 segments"),
         (["analyse", "spectrum", "{wavy}", "--json", "nowhere/rows.json"], "nowhere"),
         (["analyse", "spectrum", "{empty}"], "is not the folder of a run"),
-        (["analyse", "harmonics", "{still}"], "--period: is missing; the scene has no wavemaker; the period of the waves [s]"),
+        (
+            ["analyse", "harmonics", "{still}"],
+            "--period: is missing; the scene has no wavemaker that makes waves of one period; the period",
+        ),
         (["analyse", "harmonics", "{wavy}", "--period", "9"], "shorter than a period of 9 s"),
         (["analyse", "harmonics", "{wavy}", "--count", "40"], "81 unknowns in each period"),
         (["analyse", "harmonics", "{wavy}", "--json", "nowhere/rows.json"], "nowhere"),

@@ -278,6 +278,21 @@ def test_fluid_and_images_fill_the_space_at_a_leaning_flap(hinge, lean):
     assert np.abs(sums - 1).max() < 0.004
 
 
+def test_a_flap_in_three_dimensions_mirrors_as_in_two_at_any_place_across():
+    position, velocity, density = beside_plate(12)
+    flat, _, _ = mirrored([wall((1.0, 0.0), motion=PLATE)], position, velocity, density, time=MOVING)
+    plate = MirrorWall("wall", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), "hydrostatic", "free", 1, PLATE)
+    across = np.linspace(0.1, 0.9, 12)
+    fields = [np.stack([part[:, 0], across * scale, part[:, 1]], axis=1) for part, scale in ((position, 1), (velocity, 0))]
+    solid, parents, _ = mirrored([plate], *fields, density, time=MOVING, gravity=(0.0, 0.0, -9.81))
+    order = [np.argsort(images["position"][:, -1]) for images in (flat, solid)]
+    for name in ("position", "velocity"):
+        np.testing.assert_allclose(solid[name][order[1]][:, [0, 2]], flat[name][order[0]], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(solid["pressure"][order[1]], flat["pressure"][order[0]], rtol=1e-10)
+    np.testing.assert_array_equal(solid["position"][:, 1], parents["position"][:, 1])
+    assert len(solid["position"]) == 12
+
+
 def test_the_left_wall_of_a_scene_stands_still_below_a_hinge():
     wave = {"kind": "oscillation", "stroke": 0.01, "period": 1.0}
     maker = {"kind": "flap", "wave": wave}

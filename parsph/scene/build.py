@@ -232,12 +232,13 @@ def borders_of(scene):
     return borders
 
 
-def grid_of(scene, motions):
-    """Return the grid and the box, (low, high) [m], that no particle may leave.
+def grid_of(scene, motions=None):
+    """Return the grid and the box, (low, high) [m], that no particle may leave; `motions` are those of `motions_of`.
 
     Ghosts and markers stop the fluid by forces: a particle that hits them hard may be a little beyond before it comes back.
     """
     margin = scene.numerics.dx if scene.lines or not scene.mirrors else 0.0
+    motions = motions_of(scene) if motions is None else motions
     low, high = [-margin] * scene.dim, [extent + margin for extent in map(float, scene.domain.size)]
     for side in scene.moved_sides:
         least, largest = motions[side].reach(scene.domain.size[-1])

@@ -204,6 +204,9 @@ def _absorption(scene, plate):
         return [
             SceneError("needs waves that are known", where=where, why=why, cure="regular, irregular, focused or solitary waves")
         ]
+    if keys.distance is not None and keys.distance < scene.reach:
+        why, cure = "behind the plate there is no water for its sums", f"at least {scene.reach:.4g} m, the support radius"
+        return [SceneError(f"{keys.distance:g} m is too near", where=f"{where}.distance", why=why, cure=cure)]
     gap = place_of(scene) + (keys.distance or scene.reach)
     if gap > scene.domain.size[0]:
         cure = f"at most {scene.domain.size[0] - place_of(scene):.3g} m"

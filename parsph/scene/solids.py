@@ -54,7 +54,9 @@ def _bulge(scene, wall):
 
 
 def outlines_of(scene, motions):
-    """Return the `Outline` of each wall that is a line; bed and lid go on where the walls at their ends go."""
+    """Return the `Outline` of each wall that is a line; bed and lid go on where the walls at their ends go, but for a bed that
+    ends at the sill of a flap.
+    """
     if not scene.lines:
         return []
     from ..geometry import Outline
@@ -65,7 +67,8 @@ def outlines_of(scene, motions):
     for name, wall in zip(scene.wall_names, scene.lines, strict=True):
         points = np.array(wall.points, float)
         if name in ("bottom", "top"):
-            points[:, 0] += np.where(points[:, 0] == 0.0, -low, high)
+            stays = name == "bottom" and scene.sill is not None
+            points[:, 0] += np.where(points[:, 0] == 0.0, 0.0 if stays else -low, high)
         outlines.append(Outline(name, tuple(map(tuple, points.tolist())), wall.fluid))
     return outlines
 
