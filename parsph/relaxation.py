@@ -7,9 +7,13 @@ unsteady free-surface flow with applications to non-linear wave dynamics, Int. J
 velocity and level; f is that of matched layers, by which the difference in level decays as fast as the one in velocity, and
 what leaves or comes with the density is mass.
 
-Strength: ``sigma = rate (depth/length)^2`` from 0 at the inner edge on. On its closed wall a zone has to do with a difference
-as large as the wave, which crosses it once: of linear waves of speed c ``exp(-rate length / 3c)`` is left of it, and of a wave
-that comes to the zone, and so crosses it twice, the square of that.
+Strength: ``sigma = rate (depth/length)^2``, which begins smoothly at the inner edge. At its closed wall a zone has to do with
+a difference as large as the wave, which crosses it once: of linear waves of group speed c_g ``exp(-rate length / 3 c_g)`` is
+left of it, and the square of that of a wave that comes to the zone. With velocity alone relaxed it is the root, and sigma is a
+change of impedance that itself reflects: a strong zone makes the height asked for, a weak one reflects little. By the linear
+equations of long waves such a zone of one wavelength does both to 5 % at its best strength; to 6 % with a cubic profile, 7 %
+with a linear one or the exponential of power 3.5 of volume-of-fluid codes, 10 % with a tanh from 0 to 1. With the density the
+profile does not matter.
 
 The wall behind the zone is closed. So the target carries no water along: the mean transport of the wave (Stokes' drift) is
 taken off its velocity, ``u_t = u - q/d``. Without that, the current that brings it back would pile up the water on its way.

@@ -205,6 +205,69 @@ def test_images_are_left_alone(wave):
     np.testing.assert_array_equal(particles.shared[particles.first], before)
 
 
+# --- the profile ---------------------------------------------------------------------------------------------------
+
+
+def made_and_reflected(sigma, with_level, steps=600):
+    """Solve linear long waves, speed, wavelength and period 1, in a zone of length 1 behind which u is prescribed.
+
+    ``(iw + sigma) u + eta' = 0``, ``(iw [+ sigma]) eta + u' = 0`` by the classical Runge-Kutta method, from the wall on.
+
+    Parameters
+    ----------
+    sigma : callable
+        Strengths, shape (n,), at a distance from the inner edge.
+
+    Returns
+    -------
+    ndarray, shape (n,), twice
+        What of a difference as large as the wave at the wall comes out, and what of a wave that comes in.
+    """
+    w, step = 2j * np.pi, 1 / steps
+    values = np.zeros((2, 2, len(sigma(0.0))), complex)  # u and eta, of the solutions that begin with u = 1 and eta = 1
+    values[0, 0], values[1, 1] = 1, 1
+
+    def slope(y, values):
+        strength = sigma(1 - y)
+        return np.stack([-(w + strength * with_level) * values[1], -(w + strength) * values[0]])
+
+    for k in range(steps):
+        y = k * step
+        a = slope(y, values)
+        b = slope(y + step / 2, values + step / 2 * a)
+        c = slope(y + step / 2, values + step / 2 * b)
+        values = values + step / 6 * (a + 2 * b + 2 * c + slope(y + step, values + step * c))
+    out, back = (values[0] + values[1]) / 2, (values[1] - values[0]) / 2
+    return np.abs(out[0] - out[1] * back[0] / back[1]), np.abs(out[1] / back[1])
+
+
+PROFILES_IN_USE = {
+    "linear": (lambda s: s, 0.066),
+    "quadratic": (lambda s: s**EXPONENT, 0.049),
+    "cubic": (lambda s: s**3, 0.060),
+    "exponential": (lambda s: math.expm1(max(s, 0.0) ** 3.5) / (math.e - 1), 0.066),
+    "tanh": (lambda s: 0.5 * (1 + math.tanh(6 * (s - 0.5))), 0.102),
+}
+
+
+@pytest.mark.parametrize("name", PROFILES_IN_USE)
+def test_the_profile_is_the_best_of_those_in_use(name):
+    """The larger of both errors at the best strength, of zones that relax the velocity alone; what the docstring says."""
+    profile, expected = PROFILES_IN_USE[name]
+    rates = np.arange(6.0, 90.0, 2.0)
+    errors = made_and_reflected(lambda s: rates * profile(s), False)
+    assert np.max(errors, axis=0).min() == pytest.approx(expected, abs=2e-3)
+    assert expected >= PROFILES_IN_USE["quadratic"][1]
+
+
+def test_with_the_level_errors_fall_exponentially():
+    """``exp(-integral of sigma)`` of the difference at the wall, and its square of a wave that comes."""
+    rates = np.array([3.0, 6.0, 10.0])
+    made, reflected = made_and_reflected(lambda s: rates * s**EXPONENT, True)
+    np.testing.assert_allclose(reflected, np.exp(-2 * rates / 3), rtol=1e-4)
+    np.testing.assert_allclose(made, np.exp(-rates / 3), rtol=1e-4)
+
+
 # --- scenes --------------------------------------------------------------------------------------------------------
 
 
