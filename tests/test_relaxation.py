@@ -9,6 +9,8 @@ from helpers import domain_of, tank, water
 from parsph.columns import Grid
 from parsph.damping import DampingZone
 from parsph.errors import SceneError
+from parsph.jit import compilations
+from parsph.parallel import Communicator
 from parsph.particles import FIRST_GHOST
 from parsph.relaxation import (
     EXPONENT,
@@ -18,7 +20,7 @@ from parsph.relaxation import (
     orbital_velocity,
     transport,
 )
-from parsph.run import wave_heights
+from parsph.run import load_code, wave_heights
 from parsph.scene.build import build
 from parsph.scene.load import load_scene
 from parsph.scene.zones import describe_zone
@@ -425,3 +427,14 @@ def test_a_zone_of_no_height_leaves_still_water_still():
     simulation = build(scene)
     simulation.run()
     assert np.abs(simulation.field("velocity")).max() < 0.01 * math.sqrt(9.81 * 0.2)
+
+
+def test_no_code_is_compiled_while_it_runs():
+    """With zones at both ends; on a first block that no such wave could run over."""
+    blocks = [{"low": [1.0, 0.14], "high": [1.2, 0.2]}, {"low": [0.0, 0.0], "high": [1.0, 0.2]}]
+    zones = [{**WAVE, "height": 0.05}, {"side": "right", "length": 0.3, "height": 0}]
+    scene = load_scene(basin(zones, fluid={"blocks": blocks}, time={"end": 0.001}))
+    load_code(scene, Communicator())
+    before = compilations()
+    build(scene).run()
+    assert compilations() == before
