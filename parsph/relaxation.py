@@ -17,6 +17,7 @@ profile does not matter.
 
 The wall behind the zone is closed. So the target carries no water along: the mean transport of the wave (Stokes' drift) is
 taken off its velocity, ``u_t = u - q/d``. Without that, the current that brings it back would pile up the water on its way.
+Beside the wall, within the reach of the kernel, u_t falls to 0, so that no particle is driven into it.
 
 The step is that of absorbing layers, implicit and of second order: stable for any sigma.
 """
@@ -63,6 +64,13 @@ def dynamic_head(along, up, celerity, constant):
 
 
 @jit
+def share_beside_wall(inside, length, margin):
+    """What the closed wall at the end of a zone leaves of u_t so far `inside` [m]: it falls to 0 over the `margin` [m]."""
+    off = length - inside
+    return 1.0 if off >= margin else max(off, 0.0) / margin
+
+
+@jit
 def towards(value, target, left):
     """A value that has come nearer to its target: ``v_t + (v - v_t) left``."""
     return target + (value - target) * left
@@ -73,7 +81,7 @@ def compiled_zone(dim, with_density, state_code):
     """Return the pass that relaxes the fluid rows of a zone, for these codes; numbers are run-time arguments."""
 
     def relax(rows, tags, first, last, edge, rate_dt, wave, now, water, state_numbers):
-        start, direction, length = edge
+        start, direction, length, margin = edge
         wavenumber, depth, celerity, constant, drift, highest, scales = wave
         share, turned = now
         bed, level, weight, density, density_factor = water
@@ -87,7 +95,8 @@ def compiled_zone(dim, with_density, state_code):
             z = min(rows[i, dim - 1] - bed, highest)
             along, up = orbital_velocity(wavenumber * rows[i, 0] - turned, z, wavenumber, depth, scales)
             along, up = share * along, share * up
-            rows[i, dim] = towards(rows[i, dim], along - share * share * drift, left)
+            driven = (along - share * share * drift) * share_beside_wall(inside, length, margin)
+            rows[i, dim] = towards(rows[i, dim], driven, left)
             for d in range(1, dim - 1):
                 rows[i, dim + d] = towards(rows[i, dim + d], 0.0, left)
             rows[i, 2 * dim - 1] = towards(rows[i, 2 * dim - 1], up, left)
@@ -157,6 +166,8 @@ class RelaxationZone:
         Still-water level and bed [m].
     weight : float
         rho0 g [N/m^3].
+    margin : float
+        So near the outer end, where a closed wall stands, the horizontal velocity of the target falls to 0 [m].
     density_factor : float
         Strength of the relaxation of the density over that of the velocity; 0: none.
     """
@@ -171,6 +182,7 @@ class RelaxationZone:
     level: float = 0.0
     bed: float = 0.0
     weight: float = 0.0
+    margin: float = 0.0
     density_factor: float = 0.0
 
     weakens = False  # it leaves forces as they are
@@ -179,7 +191,7 @@ class RelaxationZone:
     def _numbers(self):
         """What the compiled code knows of the wave and of the water."""
         wave = self.wave
-        edge = self.start, float(self.direction), self.length
+        edge = self.start, float(self.direction), self.length, self.margin
         density = self.weight / wave.gravity if wave else 0.0
         water = self.bed, self.level, self.weight, density, self.density_factor
         if wave is None:

@@ -199,6 +199,20 @@ def test_without_ramp_the_wave_is_there_at_once(wave):
     np.testing.assert_allclose(fields["velocity"][1][inside], expected[inside], rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+def test_nothing_is_driven_into_the_wall(wave, direction):
+    """u of the target falls to 0 over the margin at the outer end; w does not."""
+    start, margin = START if direction > 0 else 3.0 - START, 0.4
+    fields = apply(zone(wave, direction, start, rate=1e9, margin=margin), sample(), 3.3, 1.0)
+    position, (_, after) = fields["position"][0], fields["velocity"]
+    off = LENGTH - direction * (position[:, 0] - start)
+    target = target_of(wave, position, 3.3)
+    target[:, 0] *= np.clip(off / margin, 0, 1)
+    inside = off < LENGTH - 0.1
+    np.testing.assert_allclose(after[inside], target[inside], rtol=0, atol=1e-9)
+    assert (off[inside] < margin).sum() > 10
+
+
 def test_images_are_left_alone(wave):
     particles = sample()
     particles.tags[particles.first] = FIRST_GHOST
@@ -294,6 +308,7 @@ def test_zones_stand_where_their_scene_says():
     assert left.rate == right.rate == pytest.approx(20 / 0.7)  # what comes to the right end has the period of the left
     assert left.ramp == pytest.approx(1.4)
     assert (left.bed, left.level, left.weight) == (0.0, 0.2, 9810.0)
+    assert left.margin == pytest.approx(0.08)  # 2 h, h = 2 dx
     assert left.wave.height == 0.02
     assert left.wave.period == pytest.approx(0.7)
     assert right.wave is None

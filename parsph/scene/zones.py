@@ -39,6 +39,7 @@ def relaxation_of(scene, zone, state):
         level=scene.level,
         bed=bed_of(scene),
         weight=scene.fluid.rho0 * scene.domain.gravity,
+        margin=scene.reach,
         density_factor=(scene.c0 / speed_of(scene, zone)) ** 2 if zone.density == "matched" else 0.0,
     )
 
