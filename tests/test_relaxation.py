@@ -305,7 +305,7 @@ def test_zones_stand_where_their_scene_says():
     left, right = build(load_scene(basin([WAVE, {"side": "right", "length": 0.4, "height": 0}]))).zones
     assert (left.start, left.direction, left.length) == (0.5, -1, 0.5)
     assert (right.start, right.direction, right.length) == (pytest.approx(0.8), 1, 0.4)
-    assert left.rate == right.rate == pytest.approx(20 / 0.7)  # what comes to the right end has the period of the left
+    assert left.rate == right.rate == pytest.approx(40 / 0.7)  # what comes to the right end has the period of the left
     assert left.ramp == pytest.approx(1.4)
     assert (left.bed, left.level, left.weight) == (0.0, 0.2, 9810.0)
     assert left.margin == pytest.approx(0.08)  # 2 h, h = 2 dx
@@ -334,11 +334,29 @@ def test_the_period_of_a_scene_is_that_of_its_zone():
     assert load_scene("pool").wave_period == pytest.approx(2.237, rel=1e-3)
 
 
+def test_a_zone_that_makes_waves_makes_them_without_end():
+    assert load_scene(basin([WAVE])).endless_waves
+    assert not load_scene(basin([{"length": 0.5, "height": 0, "period": 0.7}])).endless_waves
+    assert load_scene("pool").endless_waves
+
+
+def test_heights_are_reported_beside_the_one_asked_for():
+    """Over the last two periods, of runs of six periods and more."""
+    scene = load_scene(basin([WAVE], time={"end": 4.3}, gauges=[{"kind": "level", "x": 0.7}]))
+    simulation = build(scene)
+    (gauge,) = simulation.observers
+    t = np.linspace(0, 4.3, 1000)
+    gauge.record = lambda: np.stack([t, 0.2 + 0.009 * np.cos(2 * math.pi * t / 0.7)], axis=1)
+    told = wave_heights(scene, simulation)
+    assert told["wave height, expected [m]"] == 0.02
+    assert list(told["wave height [m]"].values()) == [pytest.approx(0.018, rel=1e-3)]
+
+
 def test_the_plan_says_what_a_zone_does():
     scene = load_scene(basin([WAVE, {"side": "right", "length": 0.4, "height": 0}]))
     told, _ = describe_zone(scene, scene.relaxation[0])
     assert "0.5 m (0.69 wavelengths), fenton waves of 0.02 m, 0.7 s" in told
-    assert "velocity and density by up to 28.6 per s" in told
+    assert "velocity and density by up to 57.1 per s" in told
     told, _ = describe_zone(scene, scene.relaxation[1])
     assert told.startswith("0.4 m, still water")
 

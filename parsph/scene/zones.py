@@ -8,7 +8,7 @@ from ..waves import dispersion, phase_speed
 from .check_waves import broken
 from .movers import bed_of, place_of, ramp_of
 
-RATE = 20.0  # per period, at the end of the domain
+RATE = 40.0  # per period, at the end of the domain: enough for zones of half a wavelength
 
 
 def rate_of(scene, zone):

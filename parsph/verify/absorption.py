@@ -70,7 +70,7 @@ def _tank(dx, zone, free, layer, end):
 
 
 def _relaxation(quick):
-    """A relaxation zone of one wavelength, kd = 1, H/d = 0.1: the waves it makes, and what it sends back.
+    """A relaxation zone of half a wavelength, kd = 1, H/d = 0.1: the waves it makes, and what it sends back.
 
     Heights before a matched layer; re-reflection with a wall two wavelengths off; there too how far the mean level moves over
     ten periods after start-up, of which still water without zones has its share, as particles leave their lattice.
@@ -78,7 +78,7 @@ def _relaxation(quick):
     dx, end = (0.1, 11) if quick else (0.05, 13)
     records = []
     for layer in (1.0, 0.0):
-        keys, places, wave = _tank(dx, 1.0, 1.0 if layer else 2.0, layer, end)
+        keys, places, wave = _tank(dx, 0.5, 1.0 if layer else 2.0, layer, end)
         simulation = build(load_scene(keys), Communicator())
         simulation.run()
         tables = [gauge.record() for gauge in simulation.observers]
@@ -86,7 +86,7 @@ def _relaxation(quick):
     t, levels = records[0]
     for number in (0, 2, 4):
         height = mean_height(t, levels[number], wave.period, PERIODS)
-        where = f"{PLACES[number]:g} wavelengths off the zone"
+        where = f"{PLACES[number]:g} wavelengths off"
         yield f"relaxation zone: wave height error, {where}", 100 * (height / HEIGHT - 1), "%", 10.0 if quick else 5.0
     rho = re_reflection(*records, places, wave.period, DEPTH, GRAVITY)
     yield "relaxation zone: re-reflection", 100 * abs(rho), "%", 10.0
