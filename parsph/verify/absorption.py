@@ -72,8 +72,8 @@ def _tank(dx, zone, free, layer, end):
 def _relaxation(quick):
     """A relaxation zone of half a wavelength, kd = 1, H/d = 0.1: the waves it makes, and what it sends back.
 
-    Heights before a matched layer; re-reflection with a wall two wavelengths off; there too how far the mean level moves over
-    ten periods after start-up, of which still water without zones has its share, as particles leave their lattice.
+    Heights before a matched layer; re-reflection with a wall two wavelengths off; in both how far the mean level is off still
+    water after some ten periods. Still water without zones has a share in that, as particles leave their lattice.
     """
     dx, end = (0.1, 11) if quick else (0.05, 13)
     records = []
@@ -91,6 +91,5 @@ def _relaxation(quick):
     rho = re_reflection(*records, places, wave.period, DEPTH, GRAVITY)
     yield "relaxation zone: re-reflection", 100 * abs(rho), "%", 10.0
     for name, (t, levels) in zip(("layer", "wall"), records, strict=True):
-        first, last = ((t > a * wave.period) & (t <= (a + 2) * wave.period) for a in (1, end - 2))
-        drift = levels[:, last].mean() - levels[:, first].mean()
-        yield f"relaxation zone: drift of the mean level, before a {name}", 100 * drift / HEIGHT, "% of H", None
+        mean = levels[:, t > t[-1] - PERIODS * wave.period].mean()
+        yield f"relaxation zone: mean level off still water, before a {name}", 100 * (mean - DEPTH) / HEIGHT, "% of H", None
