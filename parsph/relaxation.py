@@ -7,12 +7,17 @@ unsteady free-surface flow with applications to non-linear wave dynamics, Int. J
 velocity and level; f is that of matched layers, by which the difference in level decays as fast as the one in velocity, and
 what leaves or comes with the density is mass.
 
-Strength: ``sigma = rate (depth/length)^2`` from 0 at the inner edge on. On its closed wall a zone has to do with a difference
-as large as the wave, which crosses it once: of linear waves of speed c ``exp(-rate length / 3c)`` is left of it, and of a wave
-that comes to the zone, and so crosses it twice, the square of that.
+Strength: ``sigma = rate (depth/length)^2``, which begins smoothly at the inner edge. At its closed wall a zone has to do with
+a difference as large as the wave, which crosses it once: of linear waves of group speed c_g ``exp(-rate length / 3 c_g)`` is
+left of it, and the square of that of a wave that comes to the zone. With velocity alone relaxed it is the root, and sigma is a
+change of impedance that itself reflects: a strong zone makes the height asked for, a weak one reflects little. By the linear
+equations of long waves such a zone of one wavelength does both to 5 % at its best strength; to 6 % with a cubic profile, 7 %
+with a linear one or the exponential of power 3.5 of volume-of-fluid codes, 10 % with a tanh from 0 to 1. With the density the
+profile does not matter.
 
 The wall behind the zone is closed. So the target carries no water along: the mean transport of the wave (Stokes' drift) is
 taken off its velocity, ``u_t = u - q/d``. Without that, the current that brings it back would pile up the water on its way.
+Beside the wall, within the reach of the kernel, u_t falls to 0, so that no particle is driven into it.
 
 The step is that of absorbing layers, implicit and of second order: stable for any sigma.
 """
@@ -59,6 +64,13 @@ def dynamic_head(along, up, celerity, constant):
 
 
 @jit
+def share_beside_wall(inside, length, margin):
+    """What the closed wall at the end of a zone leaves of u_t so far `inside` [m]: it falls to 0 over the `margin` [m]."""
+    off = length - inside
+    return 1.0 if off >= margin else max(off, 0.0) / margin
+
+
+@jit
 def towards(value, target, left):
     """A value that has come nearer to its target: ``v_t + (v - v_t) left``."""
     return target + (value - target) * left
@@ -69,7 +81,7 @@ def compiled_zone(dim, with_density, state_code):
     """Return the pass that relaxes the fluid rows of a zone, for these codes; numbers are run-time arguments."""
 
     def relax(rows, tags, first, last, edge, rate_dt, wave, now, water, state_numbers):
-        start, direction, length = edge
+        start, direction, length, margin = edge
         wavenumber, depth, celerity, constant, drift, highest, scales = wave
         share, turned = now
         bed, level, weight, density, density_factor = water
@@ -83,7 +95,8 @@ def compiled_zone(dim, with_density, state_code):
             z = min(rows[i, dim - 1] - bed, highest)
             along, up = orbital_velocity(wavenumber * rows[i, 0] - turned, z, wavenumber, depth, scales)
             along, up = share * along, share * up
-            rows[i, dim] = towards(rows[i, dim], along - share * share * drift, left)
+            driven = (along - share * share * drift) * share_beside_wall(inside, length, margin)
+            rows[i, dim] = towards(rows[i, dim], driven, left)
             for d in range(1, dim - 1):
                 rows[i, dim + d] = towards(rows[i, dim + d], 0.0, left)
             rows[i, 2 * dim - 1] = towards(rows[i, 2 * dim - 1], up, left)
@@ -153,6 +166,8 @@ class RelaxationZone:
         Still-water level and bed [m].
     weight : float
         rho0 g [N/m^3].
+    margin : float
+        So near the outer end, where a closed wall stands, the horizontal velocity of the target falls to 0 [m].
     density_factor : float
         Strength of the relaxation of the density over that of the velocity; 0: none.
     """
@@ -167,6 +182,7 @@ class RelaxationZone:
     level: float = 0.0
     bed: float = 0.0
     weight: float = 0.0
+    margin: float = 0.0
     density_factor: float = 0.0
 
     weakens = False  # it leaves forces as they are
@@ -175,7 +191,7 @@ class RelaxationZone:
     def _numbers(self):
         """What the compiled code knows of the wave and of the water."""
         wave = self.wave
-        edge = self.start, float(self.direction), self.length
+        edge = self.start, float(self.direction), self.length, self.margin
         density = self.weight / wave.gravity if wave else 0.0
         water = self.bed, self.level, self.weight, density, self.density_factor
         if wave is None:

@@ -134,18 +134,18 @@ class Relaxation(Section):
     """
 
     side: Literal["left", "right"] = Field("left", description="end of the domain")
-    length: Positive = Field(description="of the zone [m]; about a wavelength, half of one at least")
+    length: Positive = Field(description="of the zone [m]; half a wavelength or more")
     height: NotNegative = Field(description="wave height, crest to trough [m]; 0 relaxes to still water")
     period: Positive | None = Field(None, description=f"[s]; {_PERIOD}")
     frequency: Positive | None = Field(None, description=f"[Hz]; {_PERIOD}")
     wavelength: Positive | None = Field(None, description=f"[m]; {_PERIOD}")
     theory: Literal[*REGULAR_THEORIES] = Field("fenton", description="of the wave")
     ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two periods")
-    rate: Positive | None = Field(None, description="of the relaxation at the end of the domain [1/s]; default: 20 per period")
+    rate: Positive | None = Field(None, description="of the relaxation at the end of the domain [1/s]; default: 40 per period")
     density: Literal["none", "matched"] = Field(
         "matched",
         description="relax the density too: matched, so hard that differences in level decay as fast as those in velocity, "
-        "with the mass that takes; none: the velocity alone, which takes a longer zone",
+        "with the mass that takes; none: the velocity alone, which takes a wavelength, and a rate of about 30 per period",
     )
 
     def target(self, depth, gravity):

@@ -440,9 +440,11 @@ class Scene(Section):
 
     @property
     def endless_waves(self):
-        """Whether a wavemaker makes waves of a period without end."""
+        """Whether a wavemaker or a relaxation zone makes waves of a period without end."""
         wave = self.wavemaker.wave if self.wavemaker else None
-        return wave is not None and (wave.kind in ("regular", "irregular") or getattr(wave, "cycles", 0) is None)
+        if wave is None:
+            return any(zone.height > 0 for zone in self.relaxation)
+        return wave.kind in ("regular", "irregular") or getattr(wave, "cycles", 0) is None
 
     @property
     def moved_sides(self):

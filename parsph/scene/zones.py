@@ -8,7 +8,7 @@ from ..waves import dispersion, phase_speed
 from .check_waves import broken
 from .movers import bed_of, place_of, ramp_of
 
-RATE = 20.0  # per period, at the end of the domain
+RATE = 40.0  # per period, at the end of the domain: enough for zones of half a wavelength
 
 
 def rate_of(scene, zone):
@@ -39,6 +39,7 @@ def relaxation_of(scene, zone, state):
         level=scene.level,
         bed=bed_of(scene),
         weight=scene.fluid.rho0 * scene.domain.gravity,
+        margin=scene.reach,
         density_factor=(scene.c0 / speed_of(scene, zone)) ** 2 if zone.density == "matched" else 0.0,
     )
 
