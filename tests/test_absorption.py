@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from parsph.errors import SceneError
-from parsph.verify.absorption import PLACES, re_reflection
+from parsph.verify.wave_absorption import PLACES, re_reflection
 from parsph.waves import dispersion
 
 WAVE = dispersion(1.0, 9.81, period=2.3)

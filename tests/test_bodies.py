@@ -144,14 +144,14 @@ def test_a_body_in_still_water_stays_exactly_where_it_is():
 
 # --- absorption --------------------------------------------------------------------------------------------------------
 
-LEVEL, DEPTH, G = 0.6, 0.5, 9.81
-GAIN = math.sqrt(G / DEPTH)
+LEVEL = 0.6
+GAIN = math.sqrt(9.81 / 0.5)
 
 
-def absorber(share=1.0, centering=1e9, largest=50.0, reach=0.2, expected=None, filter=0.02):
+def absorber(gain=GAIN, centering=1e9, largest=50.0, reach=0.2, expected=None, lag=0.02):
     signal = Yielding((-reach, reach))
     known = expected or SimpleNamespace(at=lambda time, x: 0.0)
-    return Absorber(signal, Slide(signal), known, 0.1, 0.04, LEVEL, DEPTH, G, share, filter, centering, largest)
+    return Absorber(signal, Slide(signal), known, 0.1, 0.04, LEVEL, gain, lag, centering, largest)
 
 
 @pytest.fixture
@@ -180,13 +180,19 @@ def absorbed(monkeypatch):
     return absorb
 
 
-@pytest.mark.parametrize("share", [1.0, 0.5])
-def test_a_plate_goes_back_before_a_wave_as_its_water_does_within_the_time_of_its_filter(absorbed, share):
-    """``X' = -eta sqrt(g/d)``, a flap so much faster as it moves less water."""
-    t, _, speed, _ = absorbed(absorber(share), lambda time: 0.01, 0.1)
-    exact = -0.01 * GAIN / share * (1 - np.exp(-(t - 1e-3) / 0.02))
+def test_a_plate_goes_back_before_a_wave_as_its_water_does_within_its_lag(absorbed):
+    """``X' = -G eta``."""
+    t, _, speed, _ = absorbed(absorber(), lambda time: 0.01, 0.1)
+    exact = -0.01 * GAIN * (1 - np.exp(-(t - 1e-3) / 0.02))
     np.testing.assert_allclose(speed, exact, atol=0.04 * abs(exact).max())
-    assert speed[-1] == pytest.approx(-0.01 * GAIN / share, rel=0.01)
+    assert speed[-1] == pytest.approx(-0.01 * GAIN, rel=0.01)
+
+
+def test_a_mean_level_moves_a_plate_for_a_while_alone(absorbed):
+    """What stays of the level is taken for its mean after a while, and the plate comes back."""
+    t, way, _, _ = absorbed(absorber(centering=0.3), lambda time: 0.01, 4.5)
+    assert way.min() == pytest.approx(-GAIN * 0.01 * 0.3 / math.e, rel=0.1)  # of -G eta t exp(-t/T), at t = T
+    assert abs(way[-1]) < 0.01 * abs(way).max()
 
 
 def test_what_the_plate_makes_itself_is_no_wave_to_absorb(absorbed):
@@ -220,4 +226,7 @@ def test_a_plate_drifts_back_to_its_course(absorbed):
     t, way, _, _ = absorbed(absorber(centering=0.5), lambda time: 0.02 if time < 0.3 else 0.0, 2.3)
     away = way[np.searchsorted(t, 0.4)]
     assert away < -0.005
-    assert way[-1] == pytest.approx(away * math.exp(-1.9 * (1 - math.sqrt(1 - 4 * 0.02 / 0.5)) / (2 * 0.02)), rel=0.02)
+    mean = 0.02 * (1 - math.exp(-0.3 / 0.5)) * math.exp(-0.1 / 0.5)  # it has taken a part of the level for its mean
+    exact = (away + GAIN * mean * (t - 0.4)) * np.exp(-(t - 0.4) / 0.5)
+    np.testing.assert_allclose(way[t > 0.4], exact[t > 0.4], atol=0.1 * np.abs(way).max())
+    assert abs(way[-1]) < 0.15 * np.abs(way).max()

@@ -10,7 +10,16 @@ from rich.table import Table
 
 from ..errors import SceneError
 from ..progress import console
-from . import basins, channels, ghosts, kernels, shallow, treatments, waves  # noqa: F401 - they register their cases in this order
+from . import (  # they register their cases in this order
+    basins,  # noqa: F401
+    channels,  # noqa: F401
+    ghosts,  # noqa: F401
+    kernels,  # noqa: F401
+    shallow,  # noqa: F401
+    treatments,  # noqa: F401
+    wave_absorption,  # noqa: F401
+    waves,  # noqa: F401
+)
 from .registry import CASES
 
 
