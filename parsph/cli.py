@@ -72,10 +72,12 @@ def list_scenes():
 
 @app.command()
 def check(scene: SceneName, set_: Settings = None):
-    """Check a scene and print all its faults at once."""
+    """Check a scene and print all its faults at once, and what may not be what is wanted."""
+    from .scene.check_waves import doubts_of
     from .scene.load import load_scene
 
-    load_scene(scene, set_)
+    for doubt in doubts_of(load_scene(scene, set_)):
+        print(f"note: {doubt}")
     print(f"{scene}: no faults")
 
 

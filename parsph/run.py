@@ -18,6 +18,7 @@ from .observers import InterruptGuard
 from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
 from .scene.build import build, cuts_of
+from .scene.check_waves import doubts_of
 from .scene.load import load_scene, scene_name, scene_text
 from .scene.movers import expected_height
 from .scene.plan import costs
@@ -158,6 +159,8 @@ def _print_start(scene, simulation, folder, name, loading, compiled):
         f"({simulation.integrator.name}), {simulation.communicator.size} rank(s) on {platform.node()}, {how} {loading:.1f} s"
     )
     out.print(f"  output: {folder}")
+    for doubt in doubts_of(scene):
+        out.print(f"note: {doubt}", markup=False)
 
 
 def _print_ranks(simulation):

@@ -151,7 +151,7 @@ def test_builtin_scenes_on_a_base_keep_what_they_do_not_name(name):
         base = load_scene(keys["base"])
         assert scene.title != base.title
         kept = {"domain", "fluid", "walls", "wavemaker", "damping", "gauges", "numerics", "time", "output"} - set(keys)
-        assert len(kept) >= 3
+        assert len(kept) >= 2
         for section in kept:
             assert getattr(scene, section) == getattr(base, section), section
 

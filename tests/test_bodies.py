@@ -190,7 +190,7 @@ def test_a_plate_goes_back_before_a_wave_as_its_water_does_within_its_lag(absorb
 
 def test_a_mean_level_moves_a_plate_for_a_while_alone(absorbed):
     """What stays of the level is taken for its mean after a while, and the plate comes back."""
-    t, way, _, _ = absorbed(absorber(centering=0.3), lambda time: 0.01, 4.5)
+    _, way, _, _ = absorbed(absorber(centering=0.3), lambda time: 0.01, 4.5)
     assert way.min() == pytest.approx(-GAIN * 0.01 * 0.3 / math.e, rel=0.1)  # of -G eta t exp(-t/T), at t = T
     assert abs(way[-1]) < 0.01 * abs(way).max()
 

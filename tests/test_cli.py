@@ -233,7 +233,7 @@ def test_verify_refuses_an_unknown_case(tmp_path):
     assert result.returncode == 2
     names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "interpolators"]
     names += ["still-tank", "dam-break", "wedge-tank", "kernels", "correction", "swe-pulse", "swe-dam-break"]
-    names += ["strip", "deficiency"]
+    names += ["strip", "deficiency", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
     assert list(verification.CASES) == names

@@ -8,6 +8,7 @@ from helpers import tank
 
 from parsph.errors import SceneError
 from parsph.scene.build import build, movers_of
+from parsph.scene.check_waves import doubts_of
 from parsph.scene.load import load_scene, scene_text
 from parsph.scene.movers import maker_of
 from parsph.scene.solids import motions_of
@@ -556,3 +557,27 @@ def test_the_schema_takes_every_wave_with_and_without_its_base():
         assert not list(validator.iter_errors(flume(**sections)))
     assert not list(validator.iter_errors({"base": "pool", "wavemaker": {"wave": {"cycles": 3}}}))
     assert list(validator.iter_errors({"base": "pool", "wavemaker": {"wave": {"cycels": 3}}}))
+
+
+def doubts(**sections):
+    return doubts_of(load_scene(flume(**sections)))
+
+
+def test_doubtful_waves_and_bodies_are_told_with_what_would_be_right(command, tmp_path):
+    """Too low for the particles, too long for second order, free to creep; waves and bodies that are well have no doubts."""
+    assert not doubts(**maker(REGULAR))
+    low = doubts(**maker({**REGULAR, "height": 0.01}))
+    assert len(low) == 1
+    assert "numerics.dx of at most 0.0067 m" in low[0]
+    wave = {"kind": "regular", "height": 0.05, "wavelength": 8.0}
+    (long,) = doubts(**maker(wave))
+    depth = load_scene(flume(**maker(wave))).depth
+    assert f"at most {8 * math.pi**2 / 3 * depth**3 / 8.0**2:.3g} m" in long
+    body = {"wall": "right", "mass": 500.0, "stops": [-0.1, 0.1]}
+    (free,) = doubts(bodies=[body])
+    assert free.startswith("bodies.0: nothing holds it")
+    assert not doubts(bodies=[{**body, "threshold": 1.1}])
+    (tmp_path / "scene.json").write_text(json.dumps(flume(bodies=[body])))
+    code, out, _ = command("check", tmp_path / "scene.json")
+    assert code == 0
+    assert f"note: {free}" in " ".join(out.split())

@@ -11,6 +11,8 @@ from .movers import bed_of, hinge_of, maker_of, place_of, spectrum_of, wave_of
 from .schema import SIDES
 
 LONGEST_STROKE = 0.25  # of the free length of water
+LEAST_RESOLVED = 1.5  # particles per wave height
+SECOND_ORDER = 8 * math.pi**2 / 3  # largest H L^2/d^3 of second-order waves (Madsen 1971)
 HIGHEST_OF_MANY = 1.86  # highest of a thousand irregular waves over Hs, Rayleigh (Longuet-Higgins 1952)
 
 
@@ -37,6 +39,34 @@ def maker_faults(scene):
         where = f"wavemaker.wave.{error.where}" if maker.wave.kind != "series" else f"wavemaker.wave.file: {error.where}"
         return [SceneError(error.what, where=where, why=error.why, cure=error.cure)]
     return _absorption(scene, plate) + _stroke(scene, plate)
+
+
+def doubts_of(scene):
+    """Return what is no fault, and may still not be what is wanted: lines of text, each with the valid range."""
+    doubts, wave = [], scene.wavemaker.wave if scene.wavemaker else None
+    height = getattr(wave, "height", None) or getattr(wave, "crest", None)
+    if height and height < LEAST_RESOLVED * scene.numerics.dx:
+        least = height / LEAST_RESOLVED
+        doubts.append(
+            f"wavemaker.wave: waves of {height:g} m are {height / scene.numerics.dx:.2g} particles high and lose height along "
+            f"the tank; numerics.dx of at most {least:.2g} m"
+        )
+    if wave is not None and wave.kind == "regular":
+        linear = wave_of(scene, wave)
+        limit = SECOND_ORDER * scene.depth**3 / linear.wavelength**2
+        if wave.height > limit:
+            doubts.append(
+                f"wavemaker.wave.height: {wave.height:g} m is more than second-order theory describes in waves of "
+                f"{linear.wavelength:.3g} m on {scene.depth:g} m of water (a second crest would stand in their troughs); at most "
+                f"{limit:.3g} m, or a relaxation zone, whose stream-function waves go further"
+            )
+    for number, body in enumerate(scene.bodies):
+        if body.threshold == 1 and body.friction == 0 and body.preload is None:
+            doubts.append(
+                f"bodies.{number}: nothing holds it in still water, whose computed force is off the exact one by some tenths of "
+                "a per cent, so it will creep; a threshold of 1.02 or more, or a preload, stops that"
+            )
+    return doubts
 
 
 def _plate(scene):

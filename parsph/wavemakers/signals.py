@@ -102,8 +102,11 @@ class Harmonics:
     def extent(self):
         """The least and the largest value, looked for at 20 times per shortest period up to `duration`."""
         step = 2 * math.pi / self.frequencies.max() / 20
-        values = [self.at(time)[0] for time in np.arange(0.0, self.duration + step, step)]
-        return min(values), max(values)
+        times = np.arange(0.0, self.duration + step, step)
+        parts = np.array_split(times, math.ceil(len(times) / 1000))
+        values = [np.sin(part[:, None] * self.frequencies + self.phases) @ self.amplitudes for part in parts]
+        values = np.concatenate(values) * [ramp(time, self.ramp)[0] for time in times]
+        return float(values.min()), float(values.max())
 
 
 @dataclass(frozen=True, eq=False)
