@@ -240,7 +240,10 @@ class Boundary:
         return np.array(edges).reshape(-1, 2, 2), np.array(part, int)
 
     def inner_ends(self):
-        """Return which ends of the edges meet another one in a corner of the fluid, shape (n, 2)."""
+        """Return which ends of the edges meet another one in a corner of the fluid, shape (n, 2).
+
+        What moves meets the walls of other boundaries too: the line of a plate goes on in the bed that it stands on.
+        """
         inner = np.zeros((len(self.edges), 2), bool)
         for e, edge in enumerate(self.edges):
             for end, other_end in ((0, 1), (1, 0)):
@@ -248,6 +251,8 @@ class Boundary:
                 for other in np.flatnonzero(meets):  # it leads away to the fluid's side
                     away = self.edges[other, end] - self.edges[other, other_end]
                     inner[e, end] |= bool(unit(away) @ self.normals[e] > 1e-9)
+                if self.moves and touched(edge[end], self.neighbours, self.dx):
+                    inner[e, end] = True
         return inner
 
     def lines(self, pieces=False):

@@ -10,7 +10,7 @@ from parsph.errors import SceneError
 from parsph.scene.load import load_scene
 from parsph.scene.movers import maker_of, place_of
 from parsph.wavemakers import Flap, Harmonics, Oscillation, Placement, Slide
-from parsph.wavemakers.generation import expected, linear, mean_shape, regular, solitary
+from parsph.wavemakers.generation import expected, linear, regular, solitary
 from parsph.wavemakers.series import measured_motion
 from parsph.waves import Solitary, dispersion, near_field, second_order_full, transfer, wavenumber
 
@@ -154,13 +154,6 @@ def test_the_crest_of_a_solitary_wave_is_at_the_plate_when_that_is_fastest(heigh
     assert level.at(level.crest + 2.0, 2.0 * wave.celerity) == pytest.approx(height, rel=1e-12)
     assert level.at(0.7, 0.0) < 2e-3 * height
     assert motion.at(99.0)[0] == pytest.approx(wave.stroke, rel=2e-3)
-
-
-@pytest.mark.parametrize("hinge", [None, 0.0, 0.3, 0.8, -0.5, -20.0])
-def test_the_share_of_water_that_a_plate_moves_is_the_mean_of_its_shape(hinge):
-    z = (np.arange(20000) + 0.5) / 20000
-    shape = np.ones_like(z) if hinge is None else np.maximum(z - hinge, 0.0) / (1.0 - hinge)
-    assert mean_shape(hinge) == pytest.approx(shape.mean(), rel=1e-6)
 
 
 # --- scenes ------------------------------------------------------------------------------------------------------------

@@ -240,12 +240,12 @@ def grid_of(scene, motions=None):
     margin = scene.numerics.dx if scene.lines or not scene.mirrors else 0.0
     motions = motions_of(scene) if motions is None else motions
     low, high = [-margin] * scene.dim, [extent + margin for extent in map(float, scene.domain.size)]
-    for side in scene.moved_sides:
+    for side in scene.moved_sides:  # a spacing is added, since a particle may be anywhere at a plate at its farthest
         least, largest = motions[side].reach(scene.domain.size[-1])
         if side == "left":
-            low[0] += min(least, 0.0)
+            low[0] += min(least, 0.0) - scene.numerics.dx
         else:
-            high[0] += max(largest, 0.0)
+            high[0] += max(largest, 0.0) + scene.numerics.dx
     box = tuple(low), tuple(high)
     return Grid.around(*box, scene.reach), box
 

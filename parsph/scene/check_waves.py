@@ -57,14 +57,14 @@ def doubts_of(scene):
         if wave.height > limit:
             doubts.append(
                 f"wavemaker.wave.height: {wave.height:g} m is more than second-order theory describes in waves of "
-                f"{linear.wavelength:.3g} m on {scene.depth:g} m of water (a second crest would stand in their troughs); at most "
-                f"{limit:.3g} m, or a relaxation zone, whose stream-function waves go further"
+                f"{linear.wavelength:.3g} m on {scene.depth:g} m of water (a second crest would stand in their troughs); "
+                f"at most {limit:.3g} m, or a relaxation zone, whose stream-function waves go further"
             )
     for number, body in enumerate(scene.bodies):
         if body.threshold == 1 and body.friction == 0 and body.preload is None:
             doubts.append(
-                f"bodies.{number}: nothing holds it in still water, whose computed force is off the exact one by some tenths of "
-                "a per cent, so it will creep; a threshold of 1.02 or more, or a preload, stops that"
+                f"bodies.{number}: nothing holds it in still water, whose computed force is off the exact one by some tenths "
+                "of a per cent, so it will creep; a threshold of 1.02 or more, or a preload, stops that"
             )
     return doubts
 

@@ -166,12 +166,11 @@ def solitary_wall(quick):
 
 
 def _crest(record, depth):
-    """Return when the first crest passes a gauge [s] and how high it is [m], by a parabola through the samples at its top."""
-    t, level = record.T
-    first = level[: np.argmax(level > 0.9 * level.max()) + 60]
-    top = int(np.argmax(first))
-    near = slice(top - 3, top + 4)
-    curve = np.polynomial.Polynomial.fit(t[near], level[near] - depth, 2)
+    """Return when the first crest passes a gauge [s] and how high it is [m], by a parabola through its upper tenth."""
+    t, height = record[:, 0], record[:, 1] - depth
+    begin = np.argmax(height > 0.9 * height.max())
+    near = slice(begin, begin + np.argmax(height[begin:] < 0.9 * height.max()))
+    curve = np.polynomial.Polynomial.fit(t[near], height[near], 2)
     when = float(curve.deriv().roots()[0])
     return when, float(curve(when))
 
