@@ -242,7 +242,8 @@ class Boundary:
     def inner_ends(self):
         """Return which ends of the edges meet another one in a corner of the fluid, shape (n, 2).
 
-        What moves meets the walls of other boundaries too: the line of a plate goes on in the bed that it stands on.
+        What moves meets the walls of other boundaries too: the line of a plate goes on in the bed that it stands on, but not
+        that of a flap above its sill.
         """
         inner = np.zeros((len(self.edges), 2), bool)
         for e, edge in enumerate(self.edges):
@@ -251,8 +252,8 @@ class Boundary:
                 for other in np.flatnonzero(meets):  # it leads away to the fluid's side
                     away = self.edges[other, end] - self.edges[other, other_end]
                     inner[e, end] |= bool(unit(away) @ self.normals[e] > 1e-9)
-                if self.moves and touched(edge[end], self.neighbours, self.dx):
-                    inner[e, end] = True
+                if self.moves and not self._carried_on(edge[end], edge[other_end]):
+                    inner[e, end] |= touched(edge[end], self.neighbours, self.dx)
         return inner
 
     def lines(self, pieces=False):

@@ -43,6 +43,7 @@ from .solids import ascent_of, fillings_of, ghosts_of, markers_of, motions_of, s
 from .zones import relaxation_of
 
 LONG = 0.3  # kd of the waves that absorption is tuned to where there is no period
+SHORTEST_LAG = 0.02  # of an absorbing plate behind its gauge, over sqrt(d/g)
 CENTERING = 60.0  # time within which an absorbing plate drifts back, over sqrt(d/g)
 
 
@@ -219,7 +220,8 @@ def movers_of(scene, maker, motions):
         gain, lag = tuned_absorption(period, depth, gravity, relative_hinge(scene), distance)
         centering = keys.centering or CENTERING * math.sqrt(depth / gravity)
         plate = maker.added, maker.motion, maker.expected, place_of(scene), distance, scene.level
-        movers.append(Absorber(*plate, gain, keys.filter or lag, centering, keys.acceleration or 0.5 * gravity))
+        lag = keys.filter or max(lag, SHORTEST_LAG * math.sqrt(depth / gravity))
+        movers.append(Absorber(*plate, gain, lag, centering, keys.acceleration or 0.5 * gravity))
     return movers
 
 
