@@ -118,7 +118,7 @@ def _signal(scene):
     if wave.kind == "regular":
         regular = wave_of(scene, wave)
         ramp = ramp_of(wave, regular.period)
-        return generation.regular(wave.height, regular, depth, hinge, wave.order, ramp, scene.time.end)
+        return generation.regular(wave.height, regular, depth, gravity, hinge, wave.order, ramp, scene.time.end)
     if wave.kind == "solitary":
         return generation.solitary(Solitary(wave.height, depth, gravity, wave.theory), wave.start)
     if wave.kind == "series":

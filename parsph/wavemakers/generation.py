@@ -6,11 +6,11 @@ level makes ``eta = a cos(k x - w t - p)`` far from it, a/A = H/S, and beside it
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from ..waves import dispersion, near_modes, second_order_full, transfer
+from ..waves import dispersion, near_modes, regular_wave, second_order_full, transfer
 from .signals import Harmonics, Sampled, ramp
 
 
@@ -103,7 +103,7 @@ def _wavenumbers(frequencies, depth, gravity):
     return np.array([dispersion(depth, gravity, frequency=w / (2 * math.pi)).wavenumber for w in frequencies])
 
 
-def regular(height, wave, depth, hinge, order, duration_of_ramp, duration):
+def regular(height, wave, depth, gravity, hinge, order, duration_of_ramp, duration):
     """Return the motion of the plate for regular waves, of first or second order, and the linear `Elevation`.
 
     Parameters
@@ -111,21 +111,29 @@ def regular(height, wave, depth, hinge, order, duration_of_ramp, duration):
     height : float
         H [m].
     wave : Dispersion
-    depth, hinge, duration_of_ramp, duration
+    depth, gravity, hinge, duration_of_ramp, duration
         As `linear`.
     order : int
-        2: with the second harmonic that cancels the free second harmonic of the waves (`parsph.waves.second_order_full`).
+        1: Biesel's stroke for H. 2: for the first harmonic of the stream-function wave of that height, since higher ones have
+        their share in it, with the second harmonic that cancels the free one (`parsph.waves.second_order_full`).
     """
     kd, w = wave.wavenumber * depth, 2 * math.pi / wave.period
     far = transfer(kd, hinge)
-    amplitudes, frequencies, phases = [0.5 * height / far], [w], [0.0]
+    amplitude = 0.5 * height if order == 1 else first_harmonic(height, depth, gravity, wave.wavelength)
+    amplitudes, frequencies, phases = [amplitude / far], [w], [0.0]
     first = Harmonics(np.array(amplitudes), np.array(frequencies), np.array(phases), duration_of_ramp, duration)
     elevation = Elevation(first, np.array([wave.wavenumber]), np.array([far]), depth, hinge)
     if order == 1:
         return first, elevation
-    second = second_order_full(height, kd, depth, hinge)
+    second = second_order_full(2 * amplitude, kd, depth, hinge)
     both = np.array([*amplitudes, abs(second)]), np.array([w, 2 * w]), np.array([0.0, np.angle(second)])
     return Harmonics(*both, duration_of_ramp, duration), elevation
+
+
+@lru_cache
+def first_harmonic(height, depth, gravity, wavelength):
+    """Return the amplitude [m] of the first harmonic of a stream-function wave; a scene asks for it several times."""
+    return float(regular_wave(height, depth, gravity, wavelength=wavelength).elevations[0])
 
 
 def solitary(wave, start):
