@@ -12,7 +12,7 @@ from parsph.scene.movers import maker_of, place_of
 from parsph.wavemakers import Flap, Harmonics, Oscillation, Placement, Slide
 from parsph.wavemakers.generation import expected, linear, regular, solitary
 from parsph.wavemakers.series import measured_motion
-from parsph.waves import Solitary, dispersion, near_field, second_order_full, transfer, wavenumber
+from parsph.waves import Solitary, dispersion, near_field, regular_wave, second_order_full, transfer, wavenumber
 
 DEPTH, G = 0.6, 9.81
 TIMES = [0.05, 0.31, 0.7, 0.95, 1.6, 4.2]
@@ -95,15 +95,17 @@ HINGES = [None, 0.0, 0.3, -0.5]
 def test_regular_waves_have_the_stroke_of_the_transfer_function_and_the_second_harmonic_of_second_order(hinge, period):
     """Harmonics of the motion over a period, by projection."""
     wave = dispersion(DEPTH, G, period=period)
-    motion, _ = regular(0.05, wave, DEPTH, hinge, 2, 0.0, 9.0)
-    first, elevation = regular(0.05, wave, DEPTH, hinge, 1, 0.0, 9.0)
+    motion, _ = regular(0.05, wave, DEPTH, G, hinge, 2, 0.0, 9.0)
+    first, elevation = regular(0.05, wave, DEPTH, G, hinge, 1, 0.0, 9.0)
+    amplitude = regular_wave(0.05, DEPTH, G, wavelength=wave.wavelength).elevations[0]
+    assert 0.95 * 0.025 < amplitude < 0.025
     t = period * (1 + np.arange(64) / 64)
     waves = np.exp(-1j * wave.frequency * np.outer([1, 2, 3], t))
     harmonics = [2j / 64 * waves @ [m.at(s)[0] for s in t] for m in (motion, first)]
-    for found in harmonics:
-        assert found[0] == pytest.approx(0.5 * 0.05 / transfer(wave.kd, hinge), rel=1e-9)
+    for found, height in zip(harmonics, (2 * amplitude, 0.05), strict=True):
+        assert found[0] == pytest.approx(0.5 * height / transfer(wave.kd, hinge), rel=1e-9)
         assert abs(found[2]) < 1e-12
-    assert harmonics[0][1] == pytest.approx(second_order_full(0.05, wave.kd, DEPTH, hinge), rel=1e-9)
+    assert harmonics[0][1] == pytest.approx(second_order_full(2 * amplitude, wave.kd, DEPTH, hinge), rel=1e-9)
     assert abs(harmonics[1][1]) < 1e-12
     assert elevation.at(3.3, 20 * DEPTH) == pytest.approx(0.025 * math.cos(wave.wavenumber * 12.0 - wave.frequency * 3.3))
 
