@@ -12,7 +12,7 @@ from parsph.scene.check_waves import doubts_of
 from parsph.scene.load import load_scene, scene_text
 from parsph.scene.movers import maker_of
 from parsph.scene.solids import motions_of
-from parsph.waves import breaking_height, dispersion, tuned_absorption
+from parsph.waves import breaking_height, dispersion, highest_wave, tuned_absorption
 
 DEPTH = 0.5
 OSCILLATION = {"kind": "oscillation", "stroke": 0.05, "period": 1.0}
@@ -455,9 +455,13 @@ def test_a_good_scene_has_no_fault_and_its_text_is_the_scene(name):
 
 
 def test_a_wave_at_its_limit_is_no_fault():
-    """The largest height that the message names, but for its three digits."""
+    """The largest height that the message names, but for its three digits; second order ends at the highest steady wave."""
+    steady = highest_wave(dispersion(DEPTH, 9.81, period=1.2).wavelength, DEPTH)
+    with pytest.raises(SceneError, match="steady waves .* have at most"):
+        load_scene(flume({**REGULAR, "height": 1.01 * steady}))
     for keys in (
-        {**REGULAR, "height": 0.999 * highest(1.2)},
+        {**REGULAR, "height": 0.98 * steady},
+        {**REGULAR, "height": 0.999 * highest(1.2), "order": 1},
         {**IRREGULAR, "height": 0.999 * highest(1.2) / 1.86},
         {**FOCUSED, "crest": 0.999 * 0.6 * highest(1.2)},
     ):
