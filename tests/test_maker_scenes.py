@@ -457,7 +457,7 @@ def test_a_good_scene_has_no_fault_and_its_text_is_the_scene(name):
 def test_a_wave_at_its_limit_is_no_fault():
     """The largest height that the message names, but for its three digits; second order ends at the highest steady wave."""
     steady = highest_wave(dispersion(DEPTH, 9.81, period=1.2).wavelength, DEPTH)
-    with pytest.raises(SceneError, match="steady waves .* have at most"):
+    with pytest.raises(SceneError, match=r"steady waves .* have at most"):
         load_scene(flume({**REGULAR, "height": 1.01 * steady}))
     for keys in (
         {**REGULAR, "height": 0.98 * steady},
