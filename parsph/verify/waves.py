@@ -125,7 +125,7 @@ def _second_harmonic(per_depth, kd=0.7):
 
 
 def _irregular(per_depth):
-    """Irregular waves at gauges, over one repeat time of 20 peak periods: what is in it has lines of its own in the spectrum."""
+    """Irregular waves at gauges, over one repeat time of 20 peak periods, whose components are lines of the spectrum."""
     repeat = 32.0
     keys = {"wavemaker.wave.duration": repeat, "time.end": repeat + 9.0, "numerics.dx": DEPTH / per_depth}
     scene, simulation = _run("irregular-waves", keys | {"gauges": _gauges([1.5, 3.1])})
