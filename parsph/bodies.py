@@ -40,7 +40,7 @@ class MovableWall:
         self.name, self.signal, self.motion, self.surface = name, signal, motion, surface
         self.mass, self.stiffness, self.damping, self.friction = mass, stiffness, damping, friction
         self.resistance, self.preload, self.start = resistance, preload, start
-        self.force, self.work, self.resting = None, 0.0, True
+        self.force, self.work = None, 0.0
 
     def advance(self, simulation, time):
         """Go on to `time` [s], the end of a step, and decide on the acceleration of the next one; collective."""
@@ -59,17 +59,19 @@ class MovableWall:
         pull = self.force - self.preload - self.stiffness * way
         turned = speed == 0.0 or speed * self.signal.speed < 0.0  # at rest, or come to a halt in this step
         if time < self.start or (turned and abs(pull) <= max(self.resistance, self.friction)):
-            self.resting = True
             return way, 0.0, 0.0
         if (way >= largest and pull >= 0.0) or (way <= least and pull <= 0.0):
-            self.resting = True
             return min(max(way, least), largest), 0.0, 0.0
         if not least < way < largest:  # it has hit a stop, and is pulled back
             way, speed = min(max(way, least), largest), 0.0
-        self.resting = False
         heading = speed if speed != 0.0 else pull
         pull -= self.damping * speed + math.copysign(self.friction, heading)
         return way, speed, pull / self.mass
+
+    @property
+    def resting(self):
+        """Whether it stands still, and will in the next step."""
+        return self.signal.speed == 0.0 and self.signal.acceleration == 0.0
 
     @property
     def state(self):
@@ -114,7 +116,7 @@ class Absorber:
         self.signal, self.motion, self.expected = signal, motion, expected
         self.place, self.distance, self.level = place, distance, level
         self.gain, self.lag, self.centering, self.largest = gain, lag, centering, largest
-        self.time, self.mean = None, 0.0
+        self.mean = 0.0
 
     def advance(self, simulation, time):
         """Go on to `time` [s], the end of a step, and decide on the acceleration of the next one; collective."""
@@ -124,9 +126,7 @@ class Absorber:
         measured = simulation.communicator.broadcast(gauge.measure(simulation))[0]
         way, speed, _ = self.signal.at(time)
         unexplained = measured - self.level - self.expected.at(time, x - self.place)
-        if self.time is not None:
-            self.mean += (time - self.time) / self.centering * (unexplained - self.mean)
-        self.time = time
+        self.mean += (time - self.signal.time) / self.centering * (unexplained - self.mean)
         wanted = -self.gain * (unexplained - self.mean) - way / self.centering
         least, largest = self.signal.extent
         wanted = max(min(wanted, self._fastest(largest - way)), -self._fastest(way - least))

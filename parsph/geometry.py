@@ -408,13 +408,14 @@ class Boundary:
         return hidden.area, np.array(hidden.representative_point().coords[0]) if hidden.area else None
 
     def ends_in(self, number, shapes):
-        """Return the numbers of the free ends of an open outline that lie in one of the `shapes` of fluid."""
+        """Return the numbers of the ends of an open outline that touch no wall and lie in one of the `shapes` of fluid."""
         outline = self.outlines[number]
         if outline.closed:
             return []
         ends = {0: self.free_ends(number)[0], len(outline.points) - 1: self.free_ends(number)[1]}
         wet = {end: any(self._wets(shape, outline.points[end]) for shape in shapes) for end in ends}
-        return [end for end, free in ends.items() if free and wet[end]]
+        held = {end: touched(outline.points[end], self.neighbours, self.dx) for end in ends}
+        return [end for end, free in ends.items() if free and wet[end] and not held[end]]
 
     def _wets(self, shape, point):
         """Whether a shape of fluid reaches above a point of it."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import SceneError
+from ..waves import decay_in_space
 from .records import check_positive, fit, gauges_of, last_periods, linear_wavenumber
 from .separation import LEAST_OF_MANY, LEAST_OF_TWO
 
@@ -221,11 +222,4 @@ def expected_decay(period, depth, gravity, nu):
     SceneError
         When period, depth or gravity is not positive.
     """
-    k = linear_wavenumber(period, depth, gravity)
-    return 2 * nu * k**2 / _group_speed(period, k, depth)
-
-
-def _group_speed(period, k, depth):
-    """Return ``c_g = c/2 (1 + 2kd / sinh 2kd)`` [m/s], c = w/k."""
-    double = min(2 * k * depth, 700.0)  # beyond, sinh overflows, and its share is nothing
-    return math.pi / (period * k) * (1 + double / math.sinh(double))
+    return decay_in_space(nu, linear_wavenumber(period, depth, gravity), depth, gravity)

@@ -35,9 +35,9 @@ from ..terms import (
     Terms,
 )
 from ..walls import MirrorWall, PeriodicBorder
-from ..waves import Seiche, dispersion, phase_speed, pulse, tuned_absorption
+from ..waves import Seiche, dispersion, pulse, tuned_absorption
 from .load import scene_text
-from .movers import maker_of, place_of, relative_hinge
+from .movers import maker_of, place_of, relative_hinge, speed_of_waves
 from .schema import SIDES, SILL
 from .solids import ascent_of, fillings_of, ghosts_of, markers_of, motions_of, still_force, surface_of
 from .zones import relaxation_of
@@ -319,9 +319,7 @@ def _density_factor(scene, zone):
     """
     if zone.density != "matched" or scene.shallow:
         return 0.0 if zone.density == "none" else 1.0
-    gravity, period = scene.domain.gravity, scene.wave_period
-    speed = phase_speed(period, scene.depth, gravity) if period else math.sqrt(gravity * scene.depth)
-    return (scene.c0 / speed) ** 2
+    return (scene.c0 / speed_of_waves(scene, scene.wave_period)) ** 2
 
 
 def _lattice_sum(scene, filling):

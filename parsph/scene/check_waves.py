@@ -6,13 +6,12 @@ import numpy as np
 
 from ..errors import SceneError, did_you_mean
 from ..wavemakers.series import ANGLES
-from ..waves import HIGHEST_SOLITARY, breaking_height, dispersion
+from ..waves import HIGHEST_SOLITARY, MADSEN, breaking_height, dispersion
 from .movers import bed_of, hinge_of, maker_of, place_of, spectrum_of, wave_of
 from .schema import SIDES
 
 LONGEST_STROKE = 0.25  # of the free length of water
 LEAST_RESOLVED = 1.5  # particles per wave height
-SECOND_ORDER = 8 * math.pi**2 / 3  # largest H L^2/d^3 of second-order waves (Madsen 1971)
 HIGHEST_OF_MANY = 1.86  # highest of a thousand irregular waves over Hs, Rayleigh (Longuet-Higgins 1952)
 
 
@@ -21,16 +20,10 @@ def maker_faults(scene):
     maker = scene.wavemaker
     if maker is None:
         return []
-    if scene.dim == 1:
-        cure = "leave it out, or domain.size = [x, up]"
-        return [SceneError("a wavemaker needs two dimensions", where="wavemaker.kind", cure=cure)]
-    if scene.domain.periodic:
-        why = "the vertical is periodic"
-        return [SceneError("there is no bed to hinge it at", where="wavemaker", why=why, cure="leave it out")]
-    if scene.domain.gravity == 0 or scene.depth <= 0:
-        why = "waves need depth under gravity"
-        return [SceneError("has no water to move", where="wavemaker", why=why, cure="domain.gravity > 0, and fluid")]
-    faults = _plate(scene) or _wave(scene)
+    lacking = no_waves(
+        scene, "wavemaker", "a wavemaker", "there is no bed to hinge it at", "has no water to move", "wavemaker.kind"
+    )
+    faults = lacking or _plate(scene) or _wave(scene)
     if faults:
         return faults
     try:
@@ -39,6 +32,30 @@ def maker_faults(scene):
         where = f"wavemaker.wave.{error.where}" if maker.wave.kind != "series" else f"wavemaker.wave.file: {error.where}"
         return [SceneError(error.what, where=where, why=error.why, cure=error.cure)]
     return _absorption(scene, plate) + _stroke(scene, plate)
+
+
+def no_waves(scene, where, name, periodic, dry, in_1d=None):
+    """Return the fault of a scene that can have no surface waves, in a list.
+
+    Parameters
+    ----------
+    scene : Scene
+    where, name : str
+        The key of what needs waves, and what it is.
+    periodic, dry : str
+        What is wrong where the vertical is periodic, and where there is no depth under gravity.
+    in_1d : str, optional
+        The key in one dimension; default: `where`.
+    """
+    if scene.dim == 1:
+        cure = "leave it out, or domain.size = [x, up]"
+        return [SceneError(f"{name} needs two dimensions", where=in_1d or where, cure=cure)]
+    if scene.domain.periodic:
+        return [SceneError(periodic, where=where, why="the vertical is periodic", cure="leave it out")]
+    if scene.domain.gravity == 0 or scene.depth <= 0:
+        why = "waves need depth under gravity"
+        return [SceneError(dry, where=where, why=why, cure="domain.gravity > 0, and fluid")]
+    return []
 
 
 def doubts_of(scene):
@@ -53,7 +70,7 @@ def doubts_of(scene):
         )
     if wave is not None and wave.kind == "regular":
         linear = wave_of(scene, wave)
-        limit = SECOND_ORDER * scene.depth**3 / linear.wavelength**2
+        limit = MADSEN * scene.depth**3 / linear.wavelength**2
         if wave.height > limit:
             doubts.append(
                 f"wavemaker.wave.height: {wave.height:g} m is more than second-order theory describes in waves of "
@@ -248,9 +265,9 @@ def _absorption(scene, plate):
 
 def _stroke(scene, plate):
     """Faults of a plate that swings too far."""
-    where = {"oscillation": "angle" if scene.wavemaker.wave.kind == "oscillation" and scene.wavemaker.wave.angle else "stroke"}
-    kind = scene.wavemaker.wave.kind
-    key = where.get(kind, {"focused": "crest", "series": "file"}.get(kind, "height"))
+    wave = scene.wavemaker.wave
+    keys = {"oscillation": "angle" if getattr(wave, "angle", None) else "stroke", "focused": "crest", "series": "file"}
+    key = keys.get(wave.kind, "height")
     top = scene.domain.size[-1]
     least, largest = plate.motion.reach(top)
     water = max(block.high[0] for block in scene.fluid.blocks) - place_of(scene)

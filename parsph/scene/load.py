@@ -107,7 +107,7 @@ def _locate(keys, folder="."):
 
 
 def _merged(base, keys):
-    """Return `base` with `keys` put over it, section by section; a section of another kind begins anew."""
+    """Return `base` with `keys` put over it, section by section; a wave of another kind begins anew."""
     both = dict(base)
     for key, value in keys.items():
         inner = isinstance(value, dict) and isinstance(both.get(key), dict)

@@ -1,6 +1,5 @@
 """The keys of what makes waves and of what they move: wavemaker, its absorption, relaxation zones, bodies."""
 
-from functools import lru_cache
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -158,7 +157,7 @@ class Relaxation(Section):
         """
         if self.height == 0:
             return None
-        return _regular(self.height, depth, gravity, self.period, self.frequency, self.wavelength, self.theory)
+        return regular_wave(self.height, depth, gravity, self.period, self.frequency, self.wavelength, self.theory)
 
     def own_period(self, depth, gravity):
         """Return the period [s] of its waves, None where it names none."""
@@ -168,9 +167,6 @@ class Relaxation(Section):
         if self.period is None and self.frequency is None and self.wavelength is None:
             return None
         return dispersion(depth, gravity, self.period, self.frequency, self.wavelength).period
-
-
-_regular = lru_cache(regular_wave)  # a scene asks for it several times
 
 
 class Body(Section):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..wavemakers import Flap, Oscillation, Slide, Together, Yielding, generation
 from ..wavemakers.series import ANGLES, measured_motion
-from ..waves import Jonswap, PiersonMoskowitz, Solitary, Tabulated, components, dispersion, focused, transfer
+from ..waves import Jonswap, PiersonMoskowitz, Solitary, Tabulated, components, dispersion, focused, phase_speed, transfer
 
 LARGEST_ACCELERATION = 1.0  # of a plate that follows a record, over g
 START_IN_PERIODS = 2.0  # duration of the smooth start of waves
@@ -69,6 +69,12 @@ def relative_hinge(scene):
 def wave_of(scene, section):
     """Return the linear wave (`Dispersion`) of a section with one of period, frequency and wavelength."""
     return dispersion(scene.depth, scene.domain.gravity, section.period, section.frequency, section.wavelength)
+
+
+def speed_of_waves(scene, period):
+    """Return the phase speed of waves of a period [m/s], that of long waves without one."""
+    gravity, depth = scene.domain.gravity, scene.depth
+    return phase_speed(period, depth, gravity) if period else math.sqrt(gravity * depth)
 
 
 def ramp_of(section, period):

@@ -95,7 +95,7 @@ def still_force(scene, surface, direction):
     """Return the force of still water on a wall, `surface` as midpoints, normals, lengths, along a direction [N/m]."""
     points, normals, lengths = surface
     weight = scene.fluid.rho0 * scene.domain.gravity
-    height = np.minimum(lengths * np.abs(normals[:, 0]), np.inf)
+    height = lengths * np.abs(normals[:, 0])
     top = np.clip(scene.level - points[:, 1] + 0.5 * height, 0.0, None)  # under water, at the lower end of each piece
     bottom = np.clip(scene.level - points[:, 1] - 0.5 * height, 0.0, None)
     covered = np.divide(top - bottom, height, out=(top > 0).astype(float), where=height > 0)
@@ -274,14 +274,6 @@ def _excursion(scene, number, outline, motion):
     return []
 
 
-def _held(scene, outline, boundaries):
-    """Return which ends of an open outline touch a wall of another boundary, by their numbers."""
-    from ..geometry import touched
-
-    others = [other for boundary, _ in boundaries for other in boundary.outlines.values() if other is not outline]
-    return {vertex for vertex in (0, len(outline.points) - 1) if touched(outline.points[vertex], others, scene.numerics.dx)}
-
-
 def _at_mirror(scene, point):
     """Whether a point lies on a side of the domain that is a mirror wall."""
     if not scene.mirrors:
@@ -330,7 +322,7 @@ def _wrong_side(scene, boundaries):
                     cure = f'another block, or another `fluid` than "{outline.fluid}" at {at}'
                     faults.append(SceneError("fluid on the wrong side", where=f"fluid.blocks.{other}", why=why, cure=cure))
             for vertex in boundary.ends_in(number, shapes):
-                if _at_mirror(scene, outline.points[vertex]) or vertex in _held(scene, outline, boundaries):
+                if _at_mirror(scene, outline.points[vertex]):
                     continue
                 why = "the fluid flows round its end"
                 cure = "end it above the water or at another wall, or close it: an obstacle is a polygon"

@@ -1,12 +1,9 @@
 """From a scene's keys to its relaxation zones, and what can be wrong with these keys."""
 
-import math
-
 from ..errors import SceneError
 from ..relaxation import RelaxationZone
-from ..waves import dispersion, phase_speed
-from .check_waves import broken
-from .movers import bed_of, place_of, ramp_of
+from .check_waves import broken, no_waves
+from .movers import bed_of, place_of, ramp_of, speed_of_waves, wave_of
 
 RATE = 40.0  # per period, at the end of the domain: enough for zones of half a wavelength
 
@@ -18,11 +15,8 @@ def rate_of(scene, zone):
 
 def speed_of(scene, zone):
     """Return the speed of the waves [m/s] that a zone has to do with: its own, or the scene's, or long ones."""
-    wave, period = zone.target(scene.depth, scene.domain.gravity), _period(scene, zone)
-    if wave is not None:
-        return wave.celerity
-    gravity = scene.domain.gravity
-    return phase_speed(period, scene.depth, gravity) if period else math.sqrt(gravity * scene.depth)
+    wave = zone.target(scene.depth, scene.domain.gravity)
+    return wave.celerity if wave is not None else speed_of_waves(scene, _period(scene, zone))
 
 
 def relaxation_of(scene, zone, state):
@@ -75,15 +69,9 @@ def relaxation_faults(scene):
     """Return what is wrong with the relaxation zones, a list of SceneError."""
     if not scene.relaxation:
         return []
-    if scene.dim == 1:
-        cure = "leave it out, or domain.size = [x, up]"
-        return [SceneError("a relaxation zone needs two dimensions", where="relaxation", cure=cure)]
-    if scene.domain.periodic:
-        why = "the vertical is periodic"
-        return [SceneError("there is no surface for its wave", where="relaxation", why=why, cure="leave it out")]
-    if scene.domain.gravity == 0 or scene.depth <= 0:
-        why = "waves need depth under gravity"
-        return [SceneError("has no water to act on", where="relaxation", why=why, cure="domain.gravity > 0, and fluid")]
+    lacking = no_waves(scene, "relaxation", "a relaxation zone", "there is no surface for its wave", "has no water to act on")
+    if lacking:
+        return lacking
     parts = [(number, zone, f"relaxation.{number}") for number, zone in enumerate(scene.relaxation)]
     faults = [fault for _, zone, where in parts for fault in _wave(scene, zone, where)]
     faults = faults or [fault for _, zone, where in parts for fault in _strength(scene, zone, where)]
@@ -101,8 +89,7 @@ def _wave(scene, zone, where):
     if zone.height == 0 and not named:
         return []
     try:
-        linear = dispersion(scene.depth, scene.domain.gravity, zone.period, zone.frequency, zone.wavelength)
-        faults = broken(zone.height, linear, scene.depth, f"{where}.height")
+        faults = broken(zone.height, wave_of(scene, zone), scene.depth, f"{where}.height")
         if not faults:
             zone.target(scene.depth, scene.domain.gravity)
     except SceneError as error:

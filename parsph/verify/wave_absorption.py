@@ -8,6 +8,7 @@ from ..scene.build import build
 from ..scene.load import load_scene
 from ..waves import dispersion, sent_back
 from .registry import case
+from .runs import levels_of, run_scene
 
 DEPTH, GRAVITY, HEIGHT = 1.0, 9.81, 0.1
 PERIODS = 4  # at the end of a run over which waves are looked at
@@ -46,11 +47,13 @@ def re_reflection(quiet, reflecting, places, period, depth, gravity, periods=PER
         When the records are too short, or the gauges do not tell the waves apart.
     """
     wavenumber = dispersion(depth, gravity, period).wavenumber
-    (made, _), (sent, came) = (
-        separate(places, harmonics_along(t, levels, places, period, periods=periods)[:, 0], wavenumber)
-        for t, levels in (quiet, reflecting)
-    )
+    (made, _), (sent, came) = (_separated(*records, places, period, wavenumber, periods) for records in (quiet, reflecting))
     return (sent - made * np.exp(1j * wavenumber * shift)) / came
+
+
+def _separated(t, levels, places, period, wavenumber, periods=PERIODS):
+    """Return incident and reflected amplitude [m], complex, of the first harmonic over the last periods."""
+    return separate(places, harmonics_along(t, levels, places, period, periods=periods)[:, 0], wavenumber)
 
 
 def _tank(dx, zone, free, layer, end):
@@ -83,10 +86,8 @@ def _relaxation(quick):
     records = []
     for layer in (1.0, 0.0):
         keys, places, wave = _tank(dx, 0.5, 1.0 if layer else 2.0, layer, end)
-        simulation = build(load_scene(keys), Communicator())
-        simulation.run()
-        tables = [gauge.record() for gauge in simulation.observers]
-        records.append((tables[0][:, 0], np.array([table[:, 1] for table in tables])))
+        _, simulation = run_scene(keys)
+        records.append(levels_of(simulation)[:2])
     t, levels = records[0]
     for number in (0, 2, 4):
         height = mean_height(t, levels[number], wave.period, PERIODS)
@@ -113,7 +114,7 @@ def _paddle(quick):
         for layer in (True, False):
             simulation = _with_paddle(kind, wave, places, dx, end, layer, {})
             ways.append(_mean_way(simulation, end * wave.period, wave.period))
-            runs.append(_levels_of(simulation))
+            runs.append(levels_of(simulation)[:2])
         rho = re_reflection(*runs, places, wave.period, DEPTH, GRAVITY, shift=ways[1] - ways[0])
         absorber, name = simulation.movers[0], f"{kind}, kd = {kd:g}"
         hinge = None if kind == "piston" else 0.0
@@ -122,14 +123,12 @@ def _paddle(quick):
         yield f"{name}: re-reflection by linear theory", 100 * abs(theory), "%", None
         yield f"{name}: mean way of the plate, reflecting tank", 100 * ways[1] / DEPTH, "% of d", None
         if kd == 1.0 and kind == "piston":
-            t, levels = runs[1]
-            with_it = abs(separate(places, _first(t, levels, places, wave.period), wave.wavenumber)[0])
+            with_it, _ = _separated(*runs[1], places, wave.period, wave.wavenumber)
             simulation = _with_paddle(kind, wave, places, dx, end, False, None)
             simulation.run()
-            t, levels = _levels_of(simulation)
-            without = abs(separate(places, _first(t, levels, places, wave.period), wave.wavenumber)[0])
-            yield f"{name}: incident over the request in the reflecting tank", 2 * with_it / HEIGHT, "", None
-            yield f"{name}: the same without absorption", 2 * without / HEIGHT, "", None
+            without, _ = _separated(*levels_of(simulation)[:2], places, wave.period, wave.wavenumber)
+            yield f"{name}: incident over the request in the reflecting tank", 2 * abs(with_it) / HEIGHT, "", None
+            yield f"{name}: the same without absorption", 2 * abs(without) / HEIGHT, "", None
 
 
 def _with_paddle(kind, wave, places, dx, end, layer, absorption):
@@ -159,17 +158,6 @@ def _mean_way(simulation, end, period):
         times.append(simulation.time)
         ways.append(simulation.movers[0].signal.way)
     return float(np.array(ways)[np.array(times) > end - PERIODS * period].mean())
-
-
-def _levels_of(simulation):
-    """Return times [s], shape (samples,), and levels [m], shape (gauges, samples)."""
-    tables = [gauge.record() for gauge in simulation.observers]
-    return tables[0][:, 0], np.array([table[:, 1] for table in tables])
-
-
-def _first(t, levels, places, period):
-    """Return the complex amplitudes of the first harmonic [m], shape (gauges,), over the last periods."""
-    return harmonics_along(t, levels, places, period, periods=PERIODS)[:, 0]
 
 
 @case

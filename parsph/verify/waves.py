@@ -5,30 +5,13 @@ import math
 import numpy as np
 
 from ..analysis import decay_along, harmonics_along, mean_height, second_harmonic
-from ..parallel import Communicator
-from ..scene.build import build
-from ..scene.load import load_scene
 from ..waves import Solitary, dispersion, solitary_on_wall
 from .registry import case
+from .runs import levels_of, run_scene
 
 DEPTH = 0.5  # m, of the scene regular-waves
 FAR = 3.0  # depths from the paddle, where its near field has died away
 PERIODS = 4  # at the end of a run that count
-
-
-def _run(source, overrides):
-    """Return the scene and the finished `Simulation`."""
-    scene = load_scene(source, overrides)
-    simulation = build(scene, Communicator())
-    simulation.run()
-    return scene, simulation
-
-
-def _levels(simulation):
-    """Return times [s], shape (samples,), levels [m], shape (gauges, samples), and places [m] of the level gauges."""
-    gauges = [gauge for gauge in simulation.observers if getattr(gauge, "columns", ()) == ("level [m]",)]
-    records = [gauge.record() for gauge in gauges]
-    return records[0][:, 0], np.array([record[:, 1] for record in records]), np.array([gauge.place[0] for gauge in gauges])
 
 
 def tank(kd, span, per_depth, periods, **settings):
@@ -78,8 +61,8 @@ def wavemaker(quick):
             wave, keys = tank(kd, math.pi * DEPTH / kd, per_depth, 8 if kd < 1 else 12, height=0.1 * DEPTH)
             keys |= {"wavemaker.kind": kind, "gauges": _gauges([FAR * DEPTH])}
             keys |= {} if hinge is None else {"wavemaker.hinge": hinge}
-            _, simulation = _run("regular-waves", keys)
-            t, levels, _ = _levels(simulation)
+            _, simulation = run_scene("regular-waves", keys)
+            t, levels, _ = levels_of(simulation)
             height = mean_height(t, levels[0], wave.period, PERIODS)
             name = kind + (f" hinged at {hinge / DEPTH:g} d" if hinge else "")
             yield f"height off the request at 3 d, {name}, kd = {kd:g}", 100 * (height / (0.1 * DEPTH) - 1), "%", 3.0
@@ -94,8 +77,8 @@ def _decay(per_depth):
     """Decay of the first harmonic along 5 wavelengths."""
     wave, keys = tank(1.0, 5 * 2 * math.pi * DEPTH, per_depth, 15, height=0.1 * DEPTH)
     places = FAR * DEPTH + np.linspace(0.0, 5 * wave.wavelength, 26)
-    _, simulation = _run("regular-waves", keys | {"gauges": _gauges(places)})
-    t, levels, x = _levels(simulation)
+    _, simulation = run_scene("regular-waves", keys | {"gauges": _gauges(places)})
+    t, levels, x = levels_of(simulation)
     amplitudes = np.abs(harmonics_along(t, levels, x, wave.period, 3, PERIODS)[:, 0])
     found = decay_along(x, amplitudes)
     lost = 1 - math.exp(-5 * wave.wavelength * found.rate)
@@ -109,8 +92,8 @@ def _second_harmonic(per_depth, kd=0.7):
     for order in (1, 2):
         wave, keys = tank(kd, 2.0 * math.pi * DEPTH / kd, per_depth, 10, height=0.1 * DEPTH, order=order)
         places = FAR * DEPTH + np.linspace(0.0, 2.0 * math.pi * DEPTH / kd, 25)
-        _, simulation = _run("regular-waves", keys | {"gauges": _gauges(places)})
-        t, levels, x = _levels(simulation)
+        _, simulation = run_scene("regular-waves", keys | {"gauges": _gauges(places)})
+        t, levels, x = levels_of(simulation)
         amplitudes = harmonics_along(t, levels, x, wave.period, 3, PERIODS)[:, 1]
         half = dispersion(DEPTH, 9.81, period=0.5 * wave.period).wavenumber
         found = second_harmonic(x, amplitudes, 2 * wave.wavenumber, half, reflected=True)
@@ -128,8 +111,8 @@ def _irregular(per_depth):
     """Irregular waves at gauges, over one repeat time of 20 peak periods, whose components are lines of the spectrum."""
     repeat = 32.0
     keys = {"wavemaker.wave.duration": repeat, "time.end": repeat + 9.0, "numerics.dx": DEPTH / per_depth}
-    scene, simulation = _run("irregular-waves", keys | {"gauges": _gauges([1.5, 3.1])})
-    t, levels, places = _levels(simulation)
+    scene, simulation = run_scene("irregular-waves", keys | {"gauges": _gauges([1.5, 3.1])})
+    t, levels, places = levels_of(simulation)
     late = t > t[-1] - repeat + 0.01
     wave = scene.wavemaker.wave
     for x, level in zip(places, levels[:, late], strict=True):
@@ -150,7 +133,7 @@ def solitary_wall(quick):
     """
     scenes = {0.1: "solitary-wall-low", 0.2: "solitary-wall", 0.3: "solitary-wall-high"}
     for ratio in (0.2,) if quick else scenes:
-        scene, simulation = _run(scenes[ratio], {"numerics.dx": 0.0125} if quick else {})
+        scene, simulation = run_scene(scenes[ratio], {"numerics.dx": 0.0125} if quick else {})
         depth, gravity = scene.depth, scene.domain.gravity
         records = {gauge.name: gauge.record() for gauge in simulation.observers}
         (early, _), (late, height) = (_crest(records[name], depth) for name in ("5d", "10d"))
@@ -187,11 +170,11 @@ def movable_seawall(quick):
     wall and spring, largest difference over the largest energy.
     """
     still = {"wavemaker": None, "time.end": 2.0 if quick else 10.0}
-    _, simulation = _run("movable-seawall", still)
+    _, simulation = run_scene("movable-seawall", still)
     record = simulation.observers[0].record()
     yield "still water: largest displacement", np.abs(record[:, 2]).max(), "m", 0.0
     force = record[1:, 1]
-    scene, simulation = _run("movable-seawall", {"time.end": 4.0} if quick else {})
+    scene, simulation = run_scene("movable-seawall", {"time.end": 4.0} if quick else {})
     body, keys = simulation.movers[0], scene.bodies[0]
     yield "still water: force off that of theory, largest", 100 * np.abs(force / body.preload - 1).max(), "%", None
     t, push, way, speed, _, work = simulation.observers[0].record().T

@@ -6,7 +6,7 @@ level makes ``eta = a cos(k x - w t - p)`` far from it, a/A = H/S, and beside it
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -86,21 +86,21 @@ def linear(amplitudes, frequencies, phases, depth, gravity, hinge, duration_of_r
     duration_of_ramp, duration : float
         [s]
     """
-    wavenumbers = _wavenumbers(frequencies, depth, gravity)
-    far = np.array([transfer(k * depth, hinge) for k in wavenumbers])
+    wavenumbers, far = _response(frequencies, depth, gravity, hinge)
     motion = Harmonics(amplitudes / far, frequencies, phases, duration_of_ramp, duration)
     return motion, Elevation(motion, wavenumbers, far, depth, hinge)
 
 
 def expected(amplitudes, frequencies, phases, depth, gravity, hinge, duration_of_ramp, duration):
     """Return the `Elevation` that a plate of the way ``sum A_j sin(w_j t + p_j)`` makes; arguments are those of `linear`."""
-    wavenumbers = _wavenumbers(frequencies, depth, gravity)
-    far = np.array([transfer(k * depth, hinge) for k in wavenumbers])
-    return Elevation(Harmonics(amplitudes, frequencies, phases, duration_of_ramp, duration), wavenumbers, far, depth, hinge)
+    motion = Harmonics(amplitudes, frequencies, phases, duration_of_ramp, duration)
+    return Elevation(motion, *_response(frequencies, depth, gravity, hinge), depth, hinge)
 
 
-def _wavenumbers(frequencies, depth, gravity):
-    return np.array([dispersion(depth, gravity, frequency=w / (2 * math.pi)).wavenumber for w in frequencies])
+def _response(frequencies, depth, gravity, hinge):
+    """Return k [1/m] and a/A of waves of the angular frequencies [1/s], both of shape (n,)."""
+    wavenumbers = np.array([dispersion(depth, gravity, frequency=w / (2 * math.pi)).wavenumber for w in frequencies])
+    return wavenumbers, np.array([transfer(k * depth, hinge) for k in wavenumbers])
 
 
 def regular(height, wave, depth, gravity, hinge, order, duration_of_ramp, duration):
@@ -119,7 +119,9 @@ def regular(height, wave, depth, gravity, hinge, order, duration_of_ramp, durati
     """
     kd, w = wave.wavenumber * depth, 2 * math.pi / wave.period
     far = transfer(kd, hinge)
-    amplitude = 0.5 * height if order == 1 else first_harmonic(height, depth, gravity, wave.wavelength)
+    amplitude = 0.5 * height
+    if order == 2:
+        amplitude = float(regular_wave(height, depth, gravity, wavelength=wave.wavelength).elevations[0])
     amplitudes, frequencies, phases = [amplitude / far], [w], [0.0]
     first = Harmonics(np.array(amplitudes), np.array(frequencies), np.array(phases), duration_of_ramp, duration)
     elevation = Elevation(first, np.array([wave.wavenumber]), np.array([far]), depth, hinge)
@@ -128,12 +130,6 @@ def regular(height, wave, depth, gravity, hinge, order, duration_of_ramp, durati
     second = second_order_full(2 * amplitude, kd, depth, hinge)
     both = np.array([*amplitudes, abs(second)]), np.array([w, 2 * w]), np.array([0.0, np.angle(second)])
     return Harmonics(*both, duration_of_ramp, duration), elevation
-
-
-@lru_cache
-def first_harmonic(height, depth, gravity, wavelength):
-    """Return the amplitude [m] of the first harmonic of a stream-function wave; a scene asks for it several times."""
-    return float(regular_wave(height, depth, gravity, wavelength=wavelength).elevations[0])
 
 
 def solitary(wave, start):

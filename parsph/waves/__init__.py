@@ -20,6 +20,7 @@ from .linear import (
     wavenumber,
 )
 from .paddles import (
+    MADSEN,
     evanescent_wavenumbers,
     flap_height,
     flap_transfer,
@@ -40,6 +41,7 @@ from .summary import describe, describe_solitary
 
 __all__ = [
     "HIGHEST_SOLITARY",
+    "MADSEN",
     "REGULAR_THEORIES",
     "SOLITARY_THEORIES",
     "SPECTRA",

@@ -14,6 +14,7 @@ Ocean Eng. 111, 216-234; Rienecker & Fenton (1981), A Fourier approximation meth
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -120,6 +121,7 @@ def _fenton(wave):
 REGULAR_THEORIES = {"airy": _airy, "stokes": _stokes, "fenton": _fenton}
 
 
+@lru_cache  # a scene asks for its wave several times
 def regular_wave(height, depth, gravity, period=None, frequency=None, wavelength=None, theory="fenton", order=None):
     """Return a nonlinear regular wave.
 
