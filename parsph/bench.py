@@ -169,13 +169,14 @@ def phase_cost(scene, phase, start=20, steps=300):
 
 
 def costs_of_terms(particles=40_000, repeats=7):
-    """Return {name: time of a step over that of a plain one}: renormalised gradients, tensile control and shifting.
+    """Return {name: time of a step over that of a plain one}: renormalised gradients, divergence, tensile control and shifting.
 
     Plain is pressure, viscosity and diffusion without gradients; all are stepped in turns.
     """
     variants = {
         "plain": {},
         "renormalised gradients": {"numerics.diffusion": "antuono"},
+        "renormalised divergence": {"numerics.density": "renormalised"},
         "tensile control and shifting": {"numerics.tensile_control": "sun", "numerics.shifting": "lind"},
     }
     keys = bench_scene(particles, 1.5, "float64").model_dump()

@@ -12,27 +12,20 @@ import numpy as np
 from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
 from .jit import jit
 from .kernels import kernel_slope, kernel_value
+from .linear import cofactors
 from .particles import FIRST_GHOST
 from .sweep import PADDING, over_slab
-from .terms.diffusion import LEAST_DETERMINANT, diffusing_density
+from .terms.density import LEAST_DETERMINANT
+from .terms.diffusion import diffusing_density
 from .terms.filter import filtered_density
 
 
 @jit
 def renormalised(xx, xy, xz, yy, yz, zz, x, y, z, dim):
     """Return the x that solves ``M x = b`` for the symmetric M of a particle; zero where M is near singular."""
-    if dim == 1:
-        return (x / xx, 0.0, 0.0) if xx > LEAST_DETERMINANT else (0.0, 0.0, 0.0)
-    if dim == 2:
-        determinant = xx * yy - xy * xy
-        if determinant < LEAST_DETERMINANT:
-            return 0.0, 0.0, 0.0
-        return (yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant, 0.0
-    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    determinant = xx * a + xy * b + xz * c
+    a, b, c, d, e, f, determinant = cofactors(xx, xy, xz, yy, yz, zz, dim)
     if determinant < LEAST_DETERMINANT:
         return 0.0, 0.0, 0.0
-    d, e, f = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
     return (a * x + b * y + c * z) / determinant, (b * x + d * y + e * z) / determinant, (c * x + e * y + f * z) / determinant
 
 

@@ -72,3 +72,18 @@ def invert_symmetric(matrix, size, least):
                 for j in range(size):
                     matrix[i, j] -= factor * matrix[k, j]
     return True
+
+
+@jit
+def cofactors(xx, xy, xz, yy, yz, zz, dim):
+    """Return the cofactors of a symmetric matrix of `dim` rows, in the order of its elements, and its determinant.
+
+    The inverse is cofactors over determinant; those beyond `dim` are zero.
+    """
+    none = xx - xx
+    if dim == 1:
+        return none + 1.0, none, none, none, none, none, xx
+    if dim == 2:
+        return yy, -xy, none, xx, none, none, xx * yy - xy * xy
+    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    return a, b, c, xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy, xx * a + xy * b + xz * c

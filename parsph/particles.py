@@ -63,6 +63,8 @@ FIELDS = (
     Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private"),
     Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private"),
     Field("start_position", 1, "m", "position at the beginning of the step", "private", needed_by="midpoint"),
+    Field("last_acceleration", 1, "m/s^2", "acceleration of the step before", "private", needed_by="adams-bashforth"),
+    Field("last_density_rate", 0, "kg/m^3/s", "density rate of the step before", "private", needed_by="adams-bashforth"),
 )
 
 # A tag is `image << IMAGE_SHIFT | id`: fluid first in every cell, then its images, then fixed ghosts with numbers of their

@@ -24,7 +24,7 @@ class Simulation:
         The slab of this rank, with its particles.
     sweep : Sweep
     state : State
-    integrator : Verlet or Midpoint
+    integrator : Integrator
     zones : list of DampingZone or RelaxationZone
         What acts on the fluid at the ends of the basin.
     end : float
@@ -200,6 +200,7 @@ class Simulation:
         """Let the fluid come to rest before the beginning: steps up to t = 0 in which its velocity decays."""
         self.time = -self.settling
         self.evaluate(self.time)
+        self.integrator.begin(self.particles)
         p = self.particles
         velocity = p.layout.columns("velocity")[1]
         while self.time < 0:
@@ -216,6 +217,7 @@ class Simulation:
         if self.settling:
             self.settle()
         self.evaluate(self.time)
+        self.integrator.begin(self.particles)
         for mover in self.movers:
             mover.advance(self, self.time)
         for observer in self.observers:

@@ -9,10 +9,16 @@ import math
 from .jit import jit
 from .particles import FIRST_GHOST
 
+NOTHING, POSITION, RATES = range(3)  # what integrators keep beside velocity and density at the beginning of the step
+BEYOND = 0.5  # how far rates are continued beyond the last ones, over their change in the step before
+
 
 @jit
-def predict(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt, keep_position):
-    """Remember the beginning of the step in `start` and move on by `dt` with the rates at hand."""
+def predict(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt, keeps):
+    """Remember the beginning of the step in `start` and move on by `dt` with the rates at hand.
+
+    An integrator that `keeps` the rates continues them by `BEYOND`.
+    """
     smooth = len(drift) > 0
     for i in range(first, last):
         if tags[i] >= FIRST_GHOST:
@@ -20,14 +26,23 @@ def predict(rows, start, tags, acceleration, density_rate, drift, first, last, d
         for d in range(dim):
             v = rows[i, dim + d]
             start[i, d] = v
-            if keep_position:
+            if keeps == POSITION:
                 start[i, dim + 1 + d] = rows[i, d]
             rows[i, d] += dt * (v + drift[i, d] if smooth else v)
-            rows[i, dim + d] = v + dt * acceleration[i, d]
+            a = acceleration[i, d]
+            if keeps == RATES:
+                a += BEYOND * (a - start[i, dim + 1 + d])
+                start[i, dim + 1 + d] = acceleration[i, d]
+            rows[i, dim + d] = v + dt * a
         density = rows[i, 2 * dim]
         start[i, dim] = density
-        if not summed:
-            rows[i, 2 * dim] = density + dt * density_rate[i]
+        if summed:
+            continue
+        rate = density_rate[i]
+        if keeps == RATES:
+            rate += BEYOND * (rate - start[i, 2 * dim + 1])
+            start[i, 2 * dim + 1] = density_rate[i]
+        rows[i, 2 * dim] = density + dt * rate
 
 
 @jit
@@ -79,7 +94,14 @@ def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first
     return fastest, hardest
 
 
-class Verlet:
+class Integrator:
+    """What integrators share."""
+
+    def begin(self, particles):
+        """Take note of the rates of `particles` at the beginning of the run: most integrators have no need of them."""
+
+
+class Verlet(Integrator):
     """Position-Verlet (drift-kick-drift), one evaluation per step.
 
     ``x(n+1/2) = x(n) + dt/2 v(n)``; rates at n+1/2 with velocity and density extrapolated to n+1/2 by the rates of the
@@ -95,12 +117,44 @@ class Verlet:
 
     def step(self, particles, evaluate, time, dt):
         """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
-        _predict(particles, 0.5 * dt, False)
+        _predict(particles, 0.5 * dt, NOTHING)
         evaluate(time + 0.5 * dt)
         return _correct(verlet_correct, particles, dt)
 
 
-class Midpoint:
+class AdamsBashforth(Integrator):
+    """Position-Verlet whose velocities and densities of the middle follow the rates of the two steps before, one evaluation.
+
+    ``v* = v(n) + dt/2 [a(n-1/2) + (a(n-1/2) - a(n-3/2))/2]``, the density alike, and the rest as `Verlet`. For constant steps
+    that is the Adams-Bashforth extrapolation ``v* = 7/4 v(n) - v(n-1) + 1/4 v(n-2)``, the family of Shchepetkin & McWilliams
+    (2005) with beta = 1/4. It is of second order for any sequence of steps. A sound wave of ``w dt = 0.3`` loses a thousandth
+    a step (that of `Verlet`, beta = 0, grows by 2.4), and up to ``w dt = 0.76`` none grows, so that no density diffusion has
+    to hold it. Against diffusion and viscosity it bears two thirds of what `Verlet` does.
+    """
+
+    name = "adams-bashforth"
+    evaluations = 1
+    cfl = 0.4
+    largest_cfl = 0.5
+    equation = (
+        "v* = v + dt/2 (3/2 a - 1/2 a'), rho alike; x += dt/2 v;  v += dt a(v*);  rho += dt drho/dt;  x += dt/2 v   "
+        "[Shchepetkin & McWilliams (2005), beta = 1/4; Durran (1991)]"
+    )
+
+    def begin(self, particles):
+        """Let the rates of the step before the first one be those of the beginning."""
+        p, first = particles, particles.layout.place("last_acceleration")
+        p.private[p.first : p.last, first:-1] = p.acceleration[p.first : p.last]
+        p.private[p.first : p.last, -1] = p.density_rate[p.first : p.last]
+
+    def step(self, particles, evaluate, time, dt):
+        """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
+        _predict(particles, 0.5 * dt, RATES)
+        evaluate(time + 0.5 * dt)
+        return _correct(verlet_correct, particles, dt)
+
+
+class Midpoint(Integrator):
     """Midpoint predictor-corrector, two evaluations per step: ``y(n+1) = y(n) + dt f(y(n) + dt/2 f(y(n)))``.
 
     Szmidt (2013) eqs. (38), (39).
@@ -115,16 +169,16 @@ class Midpoint:
     def step(self, particles, evaluate, time, dt):
         """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
         evaluate(time)
-        _predict(particles, 0.5 * dt, True)
+        _predict(particles, 0.5 * dt, POSITION)
         evaluate(time + 0.5 * dt)
         return _correct(midpoint_correct, particles, dt)
 
 
-INTEGRATORS = {integrator.name: integrator for integrator in (Verlet, Midpoint)}
+INTEGRATORS = {integrator.name: integrator for integrator in (Verlet, AdamsBashforth, Midpoint)}
 
 
-def _predict(p, dt, keep_position):
-    predict(*_arrays(p), dt, keep_position)
+def _predict(p, dt, keeps):
+    predict(*_arrays(p), dt, keeps)
 
 
 def _correct(compiled, p, dt):

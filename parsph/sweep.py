@@ -17,7 +17,7 @@ from .jit import jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
 from .terms.correction import corrected_derivative, corrected_value
-from .terms.density import SMOOTHED, SUMMATION, continuity, summation
+from .terms.density import RENORMALISED, SMOOTHED, SUMMATION, continuity, renormalised, summation
 from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density
 from .terms.momentum import pressure_pair
 from .terms.shifting import inside_fluid, shift_factor
@@ -202,6 +202,9 @@ def compiled_sweep(
                 rate, diffused = real(0.0), real(0.0)
                 px, py, pz = real(0.0), real(0.0), real(0.0)
                 nx, ny, nz, filled = real(0.0), real(0.0), real(0.0), real(0.0)
+                if density_law == RENORMALISED:
+                    Mxx, Mxy, Mxz, Myy, Myz, Mzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+                    Gxx, Gxy, Gxz, Gyy, Gyz, Gzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
                 if strained:
                     Axx, Axy, Axz, Ayy, Ayz, Azz = Qxx[o], Qxy[o], Qxz[o], Qyy[o], Qyz[o], Qzz[o]
                     Dxx, Dxy, Dxz = real(0.0), real(0.0), real(0.0)
@@ -329,6 +332,24 @@ def compiled_sweep(
                                 vr += (sw - sws[j]) * dz
                     if density_law == SUMMATION:
                         rate += summation(ms[j], W)
+                    elif density_law == RENORMALISED:
+                        mFx = mF * dx
+                        Mxx -= mFx * dx
+                        Gxx += mFx * du
+                        if dim > 1:
+                            mFy = mF * dy
+                            Mxy -= mFx * dy
+                            Myy -= mFy * dy
+                            Gxy += mFx * dv + mFy * du
+                            Gyy += mFy * dv
+                        if dim > 2:
+                            mFz = mF * dz
+                            Mxz -= mFx * dz
+                            Myz -= mFy * dz
+                            Mzz -= mFz * dz
+                            Gxz += mFx * dw + mFz * du
+                            Gyz += mFy * dw + mFz * dv
+                            Gzz += mFz * dw
                     elif correction != 0:
                         rate += continuity(ms[j], vr)
                     else:
@@ -357,6 +378,10 @@ def compiled_sweep(
                             py -= weight * dv
                         if dim > 2:
                             pz -= weight * dw
+                if density_law == RENORMALISED:
+                    n = slope_norm * V
+                    M = n * Mxx, n * Mxy, n * Mxz, n * Myy, n * Myz, n * Mzz
+                    rate = real(renormalised(*M, Gxx, Gxy, Gxz, Gyy, Gyz, Gzz, dim))
                 div_r = slope_norm * filled * V
                 if crowded:
                     inside = inside_fluid(div_r, dim)

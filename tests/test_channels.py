@@ -382,7 +382,7 @@ def test_what_leaves_at_one_end_comes_in_at_the_other(z):
     np.testing.assert_array_equal(p.field("velocity", p.fluid), fields["velocity"])
 
 
-@pytest.mark.parametrize("integrator", ["verlet", "midpoint"])
+@pytest.mark.parametrize("integrator", ["verlet", "midpoint", "adams-bashforth"])
 def test_a_block_falls_through_the_ends_as_through_space(integrator):
     """Rigidly, several times: v = g t, with the neighbours and densities that it had."""
     keys = {
@@ -671,7 +671,7 @@ def test_a_thrown_particle_bounces_and_is_counted(integrator, treatment):
     }
 
 
-@pytest.mark.parametrize("integrator", ["verlet", "midpoint"])
+@pytest.mark.parametrize("integrator", ["verlet", "midpoint", "adams-bashforth"])
 def test_a_particle_thrown_into_a_corner_comes_back_the_way_it_came(integrator):
     simulation = thrown(lone(numerics={"integrator": integrator}), [1.9, 1.9])
     x, y = simulation.field("position")[0]
@@ -706,7 +706,7 @@ PLATE = Flap((0.0, 0.0), Oscillation(math.radians(8), 1.7))
 
 
 @pytest.mark.parametrize("slip", SLIPS)
-@pytest.mark.parametrize("features", [("verlet",), ("midpoint",), ("midpoint", "newtonian", "xsph_continuity")])
+@pytest.mark.parametrize("features", [("verlet",), ("adams-bashforth",), ("midpoint", "newtonian", "xsph_continuity")])
 def test_exchange_at_a_moving_plate_is_the_map_of_its_images(slip, features):
     """Fluid in front of the plate seen from behind is where, and what, the images of the plate are; so is its beginning."""
     time, rng = 0.31, np.random.default_rng(6)

@@ -76,7 +76,11 @@ def test_results_are_the_same_to_the_bit(alone, tmp_path, ranks):
 VARIANTS = {
     "xsph": {"numerics__xsph": 0.5},
     "midpoint": {"numerics__integrator": "midpoint"},
-    "float32": {"numerics__precision": "float32"},
+    "float32, renormalised divergence": {
+        "numerics__precision": "float32",
+        "numerics__density": "renormalised",
+        "numerics__integrator": "adams-bashforth",
+    },
     "fixed dt": {"time__dt": 0.0009},
     "gaussian, molteni, no slip, density layer": {
         "numerics__kernel": "gaussian",

@@ -10,6 +10,7 @@ from helpers import Probe, tank
 from parsph.errors import RunError
 from parsph.scene.build import build
 from parsph.scene.load import load_scene
+from parsph.stepping import INTEGRATORS
 from parsph.waves import Seiche
 
 
@@ -122,7 +123,7 @@ def test_both_integrators_agree():
     assert np.abs(ends["verlet"][1] - start).max() > 0.04 * np.abs(start).max()
 
 
-@pytest.mark.parametrize("integrator", ["verlet", "midpoint"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_one_particle_falls_freely(integrator):
     """Without neighbours, x = x0 - g t^2 / 2: both integrators are exact for a constant force, whatever their steps."""
     keys = {

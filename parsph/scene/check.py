@@ -224,6 +224,14 @@ def _terms(scene):
                 cure = f'{key} = "none", or density = "continuity"'
                 why = "densities are summed"
                 faults.append(SceneError("has nothing to act on", where=f"numerics.{key}", why=why, cure=cure))
+    if n.density == "renormalised":
+        if n.kernel_correction != "none" or scene.shallow:
+            why = "there is no free surface in the plan" if scene.shallow else "kernel_correction does that, and more"
+            faults.append(SceneError("has no meaning here", where="numerics.density", why=why, cure='"continuity"'))
+        elif n.integrator != "adams-bashforth":
+            why = f"sound of short waves at the surface is faster with it, and {n.integrator} lets it grow in still water"
+            cure = 'integrator = "adams-bashforth", or density = "continuity"'
+            faults.append(SceneError("is unstable here", where="numerics.density", why=why, cure=cure))
     if n.xsph_continuity:
         for key, fits, cure in (
             ("xsph", n.xsph > 0, "an xsph > 0, or xsph_continuity = false"),

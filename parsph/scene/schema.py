@@ -312,8 +312,9 @@ class Numerics(Section):
     delta: Annotated[float, Field(ge=0, le=0.5)] = Field(0.1, description="strength of the diffusion [-], up to 0.5")
     density: Literal[*DENSITIES] = Field(
         "continuity",
-        description="integrated by the continuity equation, or summed over neighbours, which outside shallow water needs "
-        "density_range: sums fall off at a free surface",
+        description="integrated by the continuity equation, or by one whose divergence is exact beside a free surface too, "
+        "where waves keep their height; or summed over neighbours, which outside shallow water needs density_range, since sums "
+        "fall off at a free surface",
     )
     reinitialise: Literal[*FILTERS] = Field("none", description="densities are summed over neighbours anew from time to time")
     reinitialise_every: Annotated[int, Field(ge=1)] = Field(20, description="steps between two re-initialisations")

@@ -19,8 +19,6 @@ from ..jit import jit, like
 
 MOLTENI, FOURTAKAS, ANTUONO = 1, 2, 3
 
-LEAST_DETERMINANT = 0.3  # of L^-1, which is the unit matrix inside the fluid and about half of it in one direction at a surface
-
 DIFFUSIONS = {
     "none": NONE,
     "molteni": Formula(

@@ -222,22 +222,22 @@ def wall_images(
 
 
 @jit
-def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach, strain_rate, smoothing):
+def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach, strain_rate, smoothing, start_position):
     """Put the fluid among the rows ``first:last`` that is behind a wall where its images are; return how many that were.
 
     Parameters
     ----------
     rows, start : ndarray
-        Shared and private rows; the latter begin with velocity and density at the beginning of the step, and may go on with
-        the position.
+        Shared and private rows; the latter begin with velocity and density at the beginning of the step.
     reach : float
         Particles farther behind the wall [m] stay there: they are lost.
+    start_position : int
+        Column of the position at the beginning of the step in `start`; -1 where the integrator keeps none.
 
     The others are those of `wall_images`.
     """
     count = 0
     slant = slant_of(wall, dim)
-    keeps_position = start.shape[1] > dim + 1
     for i in range(first, last):
         if tags[i] >= FIRST_GHOST or not in_span(rows, i, wall, dim):
             continue
@@ -247,11 +247,12 @@ def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach,
         reflect_velocity(start, i, 0, i, rows, i, dim, wall, slip)
         reflect_velocity(rows, i, dim, i, rows, i, dim, wall, slip)
         reflect_carried(rows, i, i, dim, wall, slip, strain_rate, smoothing)
-        start_distance = distance_of(start, i, dim + 1, wall, dim) if keeps_position else 0.0
         for d in range(dim):
             rows[i, d] -= 2.0 * distance / slant * wall[4 * dim + d]
-            if keeps_position:
-                start[i, dim + 1 + d] -= 2.0 * start_distance / slant * wall[4 * dim + d]
+        if start_position >= 0:
+            start_distance = distance_of(start, i, start_position, wall, dim)
+            for d in range(dim):
+                start[i, start_position + d] -= 2.0 * start_distance / slant * wall[4 * dim + d]
         count += 1
     return count
 
@@ -317,7 +318,7 @@ class MirrorWall:
     def exchange(self, particles, reach):
         """Let the fluid that is less than `reach` [m] behind the wall change places with its images; return how many do."""
         p, layout = particles, particles.layout
-        carried = layout.place("strain_rate"), layout.place("smoothing")
+        carried = (layout.place(name) for name in ("strain_rate", "smoothing", "start_position"))
         rows = p.shared, p.private, p.tags, p.first, p.last
         count = exchange_with_images(*rows, layout.dim, self.numbers, SLIPS[self.slip], reach, *carried)
         self.exchanged += count

@@ -60,6 +60,7 @@ SCENES = {
     **{name: {"interpolation": name} for name in INTERPOLATORS},
     "all terms": {"numerics": ALL_TERMS},
     "all terms, midpoint": {"numerics": {**ALL_TERMS, "integrator": "midpoint"}, "interpolation": "mls1"},
+    "renormalised divergence": {"numerics": {"integrator": "adams-bashforth", "density": "renormalised"}},
     "float32": {"numerics": {"precision": "float32"}},
     "settled": {"time": {"settle": 0.01, "end": 0.02}},
 }
