@@ -11,6 +11,7 @@ from parsph.errors import SceneError
 from parsph.kernels import KERNELS
 from parsph.parallel import Communicator
 from parsph.scene.build import build
+from parsph.scene.check_waves import doubts_of
 from parsph.scene.load import load_scene
 from parsph.sweep import Sweep
 from parsph.terms import DENSITIES, DIFFUSIONS, Terms
@@ -161,3 +162,10 @@ def test_where_it_does_not_go(scene, overrides, why):
     with pytest.raises(SceneError, match=r"numerics\.density") as caught:
         load_scene(scene, overrides)
     assert why in str(caught.value)
+
+
+def test_too_smooth_a_kernel_is_told():
+    assert not doubts_of(load_scene(tank(), {**RENORMALISED, "numerics.h_over_dx": 2.5}))
+    (doubt,) = doubts_of(load_scene(tank(), {**RENORMALISED, "numerics.h_over_dx": 3.0}))
+    assert doubt.startswith("numerics.h_over_dx: 3 ")
+    assert not doubts_of(load_scene(tank(), {"numerics.h_over_dx": 3.0}))

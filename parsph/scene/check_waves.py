@@ -12,6 +12,7 @@ from .schema import SIDES
 
 LONGEST_STROKE = 0.25  # of the free length of water
 LEAST_RESOLVED = 1.5  # particles per wave height
+STILL_H_OVER_DX = 2.5  # largest with which the surface of still water has been seen to stay still, renormalised
 HIGHEST_OF_MANY = 1.86  # highest of a thousand irregular waves over Hs, Rayleigh (Longuet-Higgins 1952)
 
 
@@ -77,6 +78,12 @@ def doubts_of(scene):
                 f"{linear.wavelength:.3g} m on {scene.depth:g} m of water (a second crest would stand in their troughs); "
                 f"at most {limit:.3g} m, or a relaxation zone, whose stream-function waves go further"
             )
+    n = scene.numerics
+    if n.density == "renormalised" and n.kernel == "wendland-c2" and n.h_over_dx > STILL_H_OVER_DX:
+        doubts.append(
+            f'numerics.h_over_dx: {n.h_over_dx:g} with density = "renormalised" stirs the surface of still water within some '
+            f"20 s; at most {STILL_H_OVER_DX:g}"
+        )
     for number, body in enumerate(scene.bodies):
         if body.threshold == 1 and body.friction == 0 and body.preload is None:
             doubts.append(
