@@ -164,8 +164,10 @@ def test_where_it_does_not_go(scene, overrides, why):
     assert why in str(caught.value)
 
 
-def test_too_smooth_a_kernel_is_told():
+def test_too_smooth_a_kernel_and_walls_of_ghosts_are_told():
     assert not doubts_of(load_scene(tank(), {**RENORMALISED, "numerics.h_over_dx": 2.5}))
     (doubt,) = doubts_of(load_scene(tank(), {**RENORMALISED, "numerics.h_over_dx": 3.0}))
     assert doubt.startswith("numerics.h_over_dx: 3 ")
     assert not doubts_of(load_scene(tank(), {"numerics.h_over_dx": 3.0}))
+    (doubt,) = doubts_of(load_scene("still-tank", RENORMALISED))
+    assert doubt.startswith('numerics.density: "renormalised" has been seen')
