@@ -14,7 +14,7 @@ from parsph.scene.build import build
 from parsph.scene.check_waves import doubts_of
 from parsph.scene.load import load_scene
 from parsph.sweep import Sweep
-from parsph.terms import DENSITIES, Terms
+from parsph.terms import DENSITIES, DIFFUSIONS, Terms
 from parsph.terms.density import LEAST_DETERMINANT
 from parsph.waves import Seiche
 
@@ -39,7 +39,8 @@ def block(dim, velocity):
 def rates(fields, law="renormalised", single=False):
     """Return density rates in the order of the particles."""
     dim = fields["position"].shape[1]
-    sweep = Sweep(KERNELS["wendland-c2"], Terms(density=DENSITIES[law]), dim, 1.7 * DX, RHO0, C0, (0.0,) * dim, single=single)
+    terms = Terms(density=DENSITIES[law], diffusion=DIFFUSIONS["fourtakas"])  # of no strength: compiled for the basin too
+    sweep = Sweep(KERNELS["wendland-c2"], terms, dim, 1.7 * DX, RHO0, C0, (0.0,) * dim, delta=0.0, single=single)
     grid = grid_around(fields["position"], sweep.kernel.support * sweep.h)
     domain = domain_of(grid, fields, state=water(C0))
     domain.arrange(0.0)
