@@ -1,6 +1,6 @@
 """Small systems of equations inside compiled loops."""
 
-from .jit import jit
+from .jit import jit, like
 
 
 @jit
@@ -80,9 +80,9 @@ def cofactors(xx, xy, xz, yy, yz, zz, dim):
 
     The inverse is cofactors over determinant; those beyond `dim` are zero.
     """
-    none = xx - xx
+    none = like(0.0, xx)
     if dim == 1:
-        return none + 1.0, none, none, none, none, none, xx
+        return like(1.0, xx), none, none, none, none, none, xx
     if dim == 2:
         return yy, -xy, none, xx, none, none, xx * yy - xy * xy
     a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy

@@ -42,7 +42,8 @@ class Field:
     found_in: str = ""
 
 
-# Compiled code relies on the order of the first five, and that what is carried from one evaluation to the next comes after.
+# Compiled code relies on the order of the first five, that what is carried from one evaluation to the next comes after, and
+# on the order of what integrators keep.
 FIELDS = (
     Field("position", 1, "m", "position"),
     Field("velocity", 1, "m/s", "velocity", snapshot=True),

@@ -95,7 +95,15 @@ def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first
 
 
 class Integrator:
-    """What integrators share."""
+    """What integrators share.
+
+    Attributes
+    ----------
+    keeps : int
+        What it keeps beside velocity and density at the beginning of the step: `NOTHING`, `POSITION` or `RATES`.
+    """
+
+    keeps = NOTHING
 
     def begin(self, particles):
         """Take note of the rates of `particles` at the beginning of the run: most integrators have no need of them."""
@@ -117,12 +125,12 @@ class Verlet(Integrator):
 
     def step(self, particles, evaluate, time, dt):
         """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
-        _predict(particles, 0.5 * dt, NOTHING)
+        _predict(particles, 0.5 * dt, self.keeps)
         evaluate(time + 0.5 * dt)
         return _correct(verlet_correct, particles, dt)
 
 
-class AdamsBashforth(Integrator):
+class AdamsBashforth(Verlet):
     """Position-Verlet whose velocities and densities of the middle follow the rates of the two steps before, one evaluation.
 
     ``v* = v(n) + dt/2 [a(n-1/2) + (a(n-1/2) - a(n-3/2))/2]``, the density alike, and the rest as `Verlet`. For constant steps
@@ -133,9 +141,7 @@ class AdamsBashforth(Integrator):
     """
 
     name = "adams-bashforth"
-    evaluations = 1
-    cfl = 0.4
-    largest_cfl = 0.5
+    keeps = RATES
     equation = (
         "v* = v + dt/2 (3/2 a - 1/2 a'), rho alike; x += dt/2 v;  v += dt a(v*);  rho += dt drho/dt;  x += dt/2 v   "
         "[Shchepetkin & McWilliams (2005), beta = 1/4; Durran (1991)]"
@@ -143,15 +149,9 @@ class AdamsBashforth(Integrator):
 
     def begin(self, particles):
         """Let the rates of the step before the first one be those of the beginning."""
-        p, first = particles, particles.layout.place("last_acceleration")
-        p.private[p.first : p.last, first:-1] = p.acceleration[p.first : p.last]
-        p.private[p.first : p.last, -1] = p.density_rate[p.first : p.last]
-
-    def step(self, particles, evaluate, time, dt):
-        """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
-        _predict(particles, 0.5 * dt, RATES)
-        evaluate(time + 0.5 * dt)
-        return _correct(verlet_correct, particles, dt)
+        p, owned = particles, slice(particles.first, particles.last)
+        for name, rates in (("last_acceleration", p.acceleration), ("last_density_rate", p.density_rate[:, None])):
+            p.private[owned, p.layout.columns(name)[1]] = rates[owned]
 
 
 class Midpoint(Integrator):
@@ -161,6 +161,7 @@ class Midpoint(Integrator):
     """
 
     name = "midpoint"
+    keeps = POSITION
     evaluations = 2
     cfl = 0.5
     largest_cfl = 0.8
@@ -169,7 +170,7 @@ class Midpoint(Integrator):
     def step(self, particles, evaluate, time, dt):
         """Advance `particles` by `dt`; return the largest squared speed and acceleration."""
         evaluate(time)
-        _predict(particles, 0.5 * dt, POSITION)
+        _predict(particles, 0.5 * dt, self.keeps)
         evaluate(time + 0.5 * dt)
         return _correct(midpoint_correct, particles, dt)
 

@@ -79,16 +79,17 @@ def doubts_of(scene):
                 f"at most {limit:.3g} m, or a relaxation zone, whose stream-function waves go further"
             )
     n = scene.numerics
-    if n.density == "renormalised" and n.kernel == "wendland-c2" and n.h_over_dx > STILL_H_OVER_DX:
-        doubts.append(
-            f'numerics.h_over_dx: {n.h_over_dx:g} with density = "renormalised" stirs the surface of still water within some '
-            f"20 s; at most {STILL_H_OVER_DX:g}"
-        )
-    if n.density == "renormalised" and scene.lines:
-        doubts.append(
-            'numerics.density: "renormalised" has been seen to stir the water over slopes of ghosts, in small eddies; '
-            '"continuity", or walls that are mirrors'
-        )
+    if n.density == "renormalised":
+        if n.kernel == "wendland-c2" and n.h_over_dx > STILL_H_OVER_DX:
+            doubts.append(
+                f'numerics.h_over_dx: {n.h_over_dx:g} with density = "renormalised" stirs the surface of still water within '
+                f"some 20 s; at most {STILL_H_OVER_DX:g}"
+            )
+        if scene.lines:
+            doubts.append(
+                'numerics.density: "renormalised" has been seen to stir the water over slopes of ghosts, in small eddies; '
+                '"continuity", or walls that are mirrors'
+            )
     for number, body in enumerate(scene.bodies):
         if body.threshold == 1 and body.friction == 0 and body.preload is None:
             doubts.append(

@@ -11,6 +11,7 @@ from ..scene.load import load_scene
 from ..study.metrics import rms
 from ..waves import Seiche, flap_height
 from .registry import case
+from .runs import run_scene
 
 
 @case
@@ -58,9 +59,7 @@ def _shares(scene, theory, end):
 @case
 def still(quick):
     """Still water, 0.6 m x 0.3 m, 10 s (quick: 3 s): nothing may move, the bed must feel rho g H."""
-    scene = load_scene("still", {"time.end": 3.0 if quick else 10.0})
-    simulation = build(scene, Communicator())
-    simulation.run()
+    scene, simulation = run_scene("still", {"time.end": 3.0 if quick else 10.0})
     bed, energy = (gauge.record() for gauge in simulation.observers)
     weight = scene.fluid.rho0 * scene.domain.gravity * scene.depth
     late = bed[:, 0] > 2.0
@@ -76,9 +75,7 @@ def pool_height(quick):
 
     Growth: the mean height of the last two periods over that of the first two after start-up, minus 1.
     """
-    scene = load_scene("pool", {"time.end": 12.0 if quick else 25.0})
-    simulation = build(scene, Communicator())
-    simulation.run()
+    scene, simulation = run_scene("pool", {"time.end": 12.0 if quick else 25.0})
     period = scene.wave_period
     theory = flap_height(math.radians(scene.wavemaker.wave.angle), period, scene.depth, scene.domain.gravity)
     for gauge in simulation.observers:
@@ -116,9 +113,7 @@ def pool_absorption(quick):
         ("infinite", "pool-infinite", {}, None),
         ("reflecting", "pool-reflecting", {}, None),
     ):
-        scene = load_scene(source, {**common, **overrides})
-        simulation = build(scene, Communicator())
-        simulation.run()
+        scene, simulation = run_scene(source, {**common, **overrides})
         *levels, energy = (gauge.record() for gauge in simulation.observers)
         period, t = scene.wave_period, levels[0][:, 0]
         energies[name] = energy[energy[:, 0] > 4 * period]

@@ -16,6 +16,7 @@ from ..study.metrics import arrival, plateau_of, rms
 from ..walls import INTERPOLATORS
 from ..walls.interpolation import HYDROSTATIC, room_for, shape_functions
 from .registry import case
+from .runs import run_scene
 
 
 @case
@@ -71,9 +72,7 @@ def _behind_walls(scene, simulation):
 @case
 def still_tank(quick):
     """Still water between fixed ghosts, 35 s (quick: 7 s), probes on the left wall, Huang et al. section 4.1."""
-    scene = load_scene("still-tank", {"time.end": 7.0 if quick else 35.0})
-    simulation = build(scene, Communicator())
-    simulation.run()
+    scene, simulation = run_scene("still-tank", {"time.end": 7.0 if quick else 35.0})
     weight = scene.fluid.rho0 * scene.domain.gravity
     for gauge in simulation.observers:
         if gauge.columns == ("pressure [Pa]",):
@@ -102,9 +101,7 @@ def dam_break(quick):
     Front: against Martin & Moyce (a = 2.25 in), whose gate takes time, after aligning by the median lag; it ends at the wall.
     """
     coarse = {"numerics.dx": 0.0156, "time.end": 1.5} if quick else {}
-    scene = load_scene("dam-break-small", coarse)
-    simulation = build(scene, Communicator())
-    simulation.run()
+    scene, simulation = run_scene("dam-break-small", coarse)
     gravity, height = scene.domain.gravity, scene.depth
     pressure, _, energy = (gauge.record() for gauge in simulation.observers)
     unit = math.sqrt(height / gravity)
@@ -160,9 +157,7 @@ def wedge_tank(quick):
 
     Against rho g depth at each place, one spacing and more from corners; the walls at the sides are left out.
     """
-    scene = load_scene("wedge-tank", {"time.end": 3.0 if quick else 20.0})
-    simulation = build(scene, Communicator())
-    simulation.run()
+    scene, simulation = run_scene("wedge-tank", {"time.end": 3.0 if quick else 20.0})
     boundary = boundaries_of(scene)[0][0]
     vertices = np.array([point for wall in scene.walls.polygons for point in wall.points])
     for number, name in enumerate(scene.wall_names):

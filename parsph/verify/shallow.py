@@ -5,11 +5,9 @@ import itertools
 import numpy as np
 
 from ..analysis import reflection_ratio
-from ..parallel import Communicator
-from ..scene.build import build
-from ..scene.load import load_scene
 from ..waves import DamBreak, layer_reflection
 from .registry import case
+from .runs import run_scene
 
 
 @case
@@ -40,9 +38,7 @@ def swe_pulse(quick):
 
 def _profile(source, overrides):
     """Run a 1D scene; return it and its last state as {field: array}."""
-    scene = load_scene(source, overrides)
-    simulation = build(scene, Communicator())
-    simulation.run()
+    scene, simulation = run_scene(source, overrides)
     fields = {name: simulation.field(name) for name in ("id", "position", "velocity", "density", "mass")}
     return scene, {name: values[:, 0] if values.ndim == 2 else values for name, values in fields.items()}
 

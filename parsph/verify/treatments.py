@@ -11,6 +11,7 @@ from ..scene.load import load_scene
 from ..study.metrics import rms
 from ..waves import Seiche
 from .registry import case
+from .runs import run_scene
 
 
 @case
@@ -31,9 +32,7 @@ def strip(quick):
         yield f"normal velocity at wall points, largest, {name}", worst, "of the fluid's", 1e-10
     for treatment in ("mirror", "mirror-plain"):
         keys = {"walls.treatment": treatment, "walls.exchange": True, "gauges": [], **({"time.end": 1.0} if quick else {})}
-        scene = load_scene("seiche", keys)
-        simulation = build(scene, Communicator())
-        simulation.run()
+        scene, simulation = run_scene("seiche", keys)
         row = np.sort(simulation.field("position")[:, 1])[: round(0.2 / scene.numerics.dx)].mean() / scene.numerics.dx
         if treatment == "mirror":
             yield "seiche, mirror: lowest row off dx/2", row - 0.5, "dx", 0.05
@@ -77,8 +76,7 @@ def _seiche_errors(treatment, periods):
     scene = load_scene("seiche", keys)
     theory = Seiche(0.2, 0.2, scene.fluid.blocks[0].amplitude, scene.domain.gravity)
     end = periods * 2 * math.pi / theory.frequency
-    simulation = build(load_scene(scene.model_dump(), {"time.end": end}), Communicator())
-    simulation.run()
+    _, simulation = run_scene(scene.model_dump(), {"time.end": end})
     x, v = simulation.field("position"), simulation.field("velocity")
     mode = theory.velocity(x)
     off = np.linalg.norm(v - (v * mode).sum() / (mode**2).sum() * mode, axis=1) / np.linalg.norm(mode, axis=1).max()
@@ -115,9 +113,7 @@ def deficiency(quick):
             gain = left["corners", "moments"] / left["corners", "jones2010"]
             yield f"{name}: residual at corners, moments over jones2010", gain, "", 0.5
     for treatment in ("deficiency", "repulsion"):
-        scene = load_scene("still", {"walls.treatment": treatment, "time.end": 2.0 if quick else 10.0})
-        simulation = build(scene, Communicator())
-        simulation.run()
+        scene, simulation = run_scene("still", {"walls.treatment": treatment, "time.end": 2.0 if quick else 10.0})
         corrected = treatment == "deficiency"
         lost = int((WallPieces(scene, simulation.time).distances(simulation.field("position")) < 0).sum())
         yield f"still water, {treatment}: particles lost", lost, "", 0.0 if corrected else None

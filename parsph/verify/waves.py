@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..analysis import decay_along, harmonics_along, mean_height, second_harmonic
+from ..analysis import Spectrum, decay_along, harmonics_along, mean_height, second_harmonic
 from ..waves import Solitary, dispersion, solitary_on_wall
 from .registry import case
 from .runs import levels_of, run_scene
@@ -117,11 +117,11 @@ def _irregular(per_depth):
     wave = scene.wavemaker.wave
     for x, level in zip(places, levels[:, late], strict=True):
         frequency = np.fft.rfftfreq(level.size, repeat / level.size)
-        lines = np.abs(np.fft.rfft(level)) ** 2 * ((frequency > 0.3 / wave.period) & (frequency < 3.5 / wave.period))
-        height = 4 * math.sqrt(2 * lines.sum()) / level.size
-        peak = (lines**4).sum() / (frequency * lines**4).sum()
-        yield f"irregular: Hs off the request, x = {x / DEPTH:g} d", 100 * (height / wave.height - 1), "%", 5.0
-        yield f"irregular: Tp off the request, x = {x / DEPTH:g} d", 100 * (peak / wave.period - 1), "%", 5.0
+        band = (frequency > 0.3 / wave.period) & (frequency < 3.5 / wave.period)
+        density = 2 * repeat * np.abs(np.fft.rfft(level) / level.size) ** 2
+        found = Spectrum(frequency[band], density[band])
+        yield f"irregular: Hs off the request, x = {x / DEPTH:g} d", 100 * (found.height / wave.height - 1), "%", 5.0
+        yield f"irregular: Tp off the request, x = {x / DEPTH:g} d", 100 * (found.peak_period / wave.period - 1), "%", 5.0
 
 
 @case
