@@ -5,6 +5,7 @@ Communication goes through a `Communicator`, so the rest of the code never asks 
 
 import os
 import sys
+import time
 import traceback
 from importlib.util import find_spec
 
@@ -14,6 +15,7 @@ from .errors import ParsphError, SceneError
 
 # What launchers (MPICH/Hydra, Open MPI, PMIx, Intel MPI, Slurm's srun with PMI) tell the processes they start.
 _LAUNCHER_SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
+FORWARDING = 0.5  # s that the launcher has to pass on the last words of a rank before it hears that the job ends
 
 
 class Communicator:
@@ -110,6 +112,7 @@ class MpiCommunicator(Communicator):
     def abort(self, code):
         sys.stdout.flush()
         sys.__stderr__.flush()
+        time.sleep(FORWARDING)
         self.comm.Abort(code)
 
 
