@@ -69,6 +69,16 @@ class MovableWall:
         return way, speed, pull / self.mass
 
     @property
+    def memory(self):
+        """What it must know to go on: its way, force [N/m] and work [J/m]."""
+        return [self.signal.memory, self.force, self.work]
+
+    @memory.setter
+    def memory(self, known):
+        way, self.force, self.work = known
+        self.signal.go_on(*way)
+
+    @property
     def resting(self):
         """Whether it stands still, and will in the next step."""
         return self.signal.speed == 0.0 and self.signal.acceleration == 0.0
@@ -132,6 +142,16 @@ class Absorber:
         wanted = max(min(wanted, self._fastest(largest - way)), -self._fastest(way - least))
         pull = min(max((wanted - speed) / self.lag, -self.largest), self.largest)
         self.signal.go_on(time, way, speed, pull)
+
+    @property
+    def memory(self):
+        """What it must know to go on: its way, and the mean level [m] so far."""
+        return [self.signal.memory, self.mean]
+
+    @memory.setter
+    def memory(self, known):
+        way, self.mean = known
+        self.signal.go_on(*way)
 
     def _fastest(self, room):
         """Return how fast the plate may go when there is so much `room` [m] left, so that it comes to a halt in it [m/s]."""

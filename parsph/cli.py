@@ -19,7 +19,8 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     help="Smoothed-particle hydrodynamics for numerical wave tanks, serial or on any number of MPI ranks.\n\n"
     "Without a command the built-in scene **pool** runs.  Parallel: `mpirun -n 4 python -m parsph run SCENE`.\n\n"
-    "Exit codes: 0 done, 1 the run failed, 2 bad input (nothing was written), 130 interrupted.",
+    "Exit codes: 0 done, 1 the run failed, 2 bad input (nothing was written), 85 stopped with a checkpoint by a signal or "
+    "its wall time (`parsph resume` goes on), 130 interrupted.",
 )
 
 SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="Built-in scene (see `parsph list`) or a TOML file.")]
@@ -27,6 +28,12 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a key, as `time.end=5` or `gauges.0.x=2`. Repeatable."),
 ]
+RanksInfo = Annotated[bool, typer.Option("--ranks-info", help="Print what each rank owns.")]
+Walltime = Annotated[
+    str | None,
+    typer.Option(metavar="[D-]H:M:S", help="Or seconds: stop before so long by the clock, with a checkpoint and exit code 85."),
+]
+RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of a run.")]
 JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the results to FILE as JSON.")]
 
 
@@ -51,12 +58,28 @@ def run(
     set_: Settings = None,
     out: Annotated[Path | None, typer.Option(help="Output folder. Default: runs/SCENE-NNN, the next free number.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Empty --out of an earlier run first.")] = False,
-    ranks_info: Annotated[bool, typer.Option("--ranks-info", help="Print what each rank owns.")] = False,
+    walltime: Walltime = None,
+    ranks_info: RanksInfo = False,
 ):
-    """Run a scene: snapshots, gauge tables and a summary go to the output folder."""
+    """Run a scene: snapshots, gauge tables, checkpoints and a summary go to the output folder."""
     from .run import run as run_scene
 
-    run_scene(scene, set_, out, overwrite, ranks_info)
+    run_scene(scene, _with_walltime(set_, walltime), out, overwrite, ranks_info)
+
+
+@app.command()
+def resume(folder: RunFolder, set_: Settings = None, walltime: Walltime = None, ranks_info: RanksInfo = False):
+    """Go on with a run from its newest checkpoint, on any number of ranks, to the same bits as if it had not been stopped.
+
+    A run that has finished goes on to a later end: `--set time.end=60`. Without a checkpoint it begins anew.
+    """
+    from .run import resume as resume_run
+
+    resume_run(folder, _with_walltime(set_, walltime), ranks_info)
+
+
+def _with_walltime(settings, walltime):
+    return (settings or []) + ([f'time.walltime="{walltime}"'] if walltime else [])
 
 
 @app.command("list")
@@ -131,7 +154,6 @@ def study(
 analyse = typer.Typer(no_args_is_help=True, help="Analyse finished runs: waves, spectra, reflection, decay, energies.")
 app.add_typer(analyse, name="analyse")
 
-RunFolder = Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of a run.")]
 GaugeNames = Annotated[list[str] | None, typer.Option("--gauge", help="Level gauges to use; default: all. Repeatable.")]
 Start = Annotated[float, typer.Option(help="Leave out what was before this time [s].")]
 Period = Annotated[float | None, typer.Option(help="Period [s]. Default: the wavemaker's.")]
@@ -305,7 +327,7 @@ def main(arguments=None):
             # not `app(arguments)`: that would replace the hook that ends the job
             typer.main.get_command(app)(arguments)
     except ParsphError as error:
-        _fail(communicator, paragraph(error), error.exit_code)
+        _fail(communicator, paragraph(error), error.exit_code, error.alike)
     except KeyboardInterrupt:
         _fail(communicator, "interrupted", 130)
     except SystemExit as end:
@@ -324,10 +346,10 @@ def _quiet(quiet):
         yield
 
 
-def _fail(communicator, message, code):
-    """Say why and end the job. Bad input is found by all ranks alike: rank 0 speaks for them."""
-    if message and (communicator.rank == 0 or code != 2):
+def _fail(communicator, message, code, alike=False):
+    """Say why and end the job. Of what all ranks find alike, bad input above all, rank 0 speaks for them."""
+    if message and (communicator.rank == 0 or not alike):
         print(message, file=sys.__stderr__, flush=True)
-    if communicator.size > 1 and code != 2:
+    if communicator.size > 1 and not alike:
         communicator.abort(code)
     sys.exit(code)

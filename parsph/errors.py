@@ -20,6 +20,7 @@ class ParsphError(Exception):
     """
 
     exit_code = 1
+    alike = False  # whether all ranks find it together, so that each can end by itself
 
     def __init__(self, what, where="", why="", cure=""):
         self.what, self.where, self.why, self.cure = what, where, why, cure
@@ -37,6 +38,7 @@ class SceneError(ParsphError):
     """Bad input: nothing was run and nothing was written (exit code 2)."""
 
     exit_code = 2
+    alike = True
 
 
 class SceneFaults(SceneError):
@@ -66,6 +68,12 @@ class Interrupted(ParsphError):
     """A run that the user stopped (exit code 130)."""
 
     exit_code = 130
+
+
+class Unfinished(ParsphError):
+    """A run that was asked to end, or whose time is up; it can go on from its checkpoint (exit code 85)."""
+
+    exit_code = 85
 
 
 def paragraph(error, width=100):

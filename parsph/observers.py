@@ -1,10 +1,14 @@
-"""What happens beside the step: the base of everything with a schedule."""
+"""What happens beside the step: the base of everything with a schedule, and the signals that may end a run."""
 
 import math
 import signal
 import threading
+import time
 
+from .errors import Unfinished
 from .schedule import Schedule
+
+ONE_PRESS = 1.0  # s in which Ctrl-C may come twice, from the terminal and from mpirun
 
 
 class Observer:
@@ -17,6 +21,7 @@ class Observer:
     """
 
     phase = "output"
+    settles = False  # whether it also looks while the water settles, before t = 0
 
     def __init__(self, every=None):
         self.schedule = Schedule(every) if every else None
@@ -31,7 +36,7 @@ class Observer:
         return bool(self.schedule) and self.schedule.due(time)
 
     def begin(self, simulation):
-        """Called once before the first step."""
+        """Called once before the first step, also of a run that goes on (`simulation.steps` is not 0 then)."""
 
     def observe(self, simulation):
         """Called when due."""
@@ -40,33 +45,43 @@ class Observer:
         """Called once after the last step."""
 
 
-class InterruptGuard(Observer):
-    """Lets Ctrl-C wait for the end of the step, so that it hits no file half written and no callback that swallows it.
+class Signals:
+    """Notes what asks a run to end - Ctrl-C, SIGTERM, SIGUSR1 - inside a ``with`` block, so that it hits no file half written
+    and no callback that swallows it.
 
-    A second Ctrl-C does not wait. Where interrupts are ignored (jobs in the background) they stay so.
+    Before `waiting` is set, and at a second Ctrl-C, it does not wait. What is ignored, as Ctrl-C by jobs in the background,
+    stays so.
+
+    Attributes
+    ----------
+    received : int or None
+        The signal.
+    waiting : bool
+        Whether somebody looks at `received` from time to time.
     """
 
-    def __init__(self):
-        super().__init__()
-        self._usual, self._asked = None, False
+    WATCHED = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
-    def begin(self, simulation):
-        usual = signal.getsignal(signal.SIGINT)
-        if threading.current_thread() is threading.main_thread() and usual not in (signal.SIG_IGN, None):
-            self._usual = usual
-            signal.signal(signal.SIGINT, self._note)
+    def __init__(self):
+        self.received, self.waiting = None, False
+        self._usual, self._when = {}, -math.inf
+
+    def __enter__(self):
+        if threading.current_thread() is threading.main_thread():
+            for number in self.WATCHED:
+                if signal.getsignal(number) not in (signal.SIG_IGN, None):
+                    self._usual[number] = signal.signal(number, self._note)
+        return self
+
+    def __exit__(self, *_):
+        for number, usual in self._usual.items():
+            signal.signal(number, usual)
 
     def _note(self, number, frame):
-        self._asked = True
-        self.close()
-
-    def due(self, time):
-        if self._asked:
+        interrupted = number == signal.SIGINT
+        again = interrupted and self.received == number and time.monotonic() - self._when > ONE_PRESS
+        if interrupted and (again or not self.waiting):
             raise KeyboardInterrupt
-        return False
-
-    def close(self):
-        """Give interrupts their usual meaning again."""
-        if self._usual is not None:
-            signal.signal(signal.SIGINT, self._usual)
-            self._usual = None
+        if not self.waiting:
+            raise SystemExit(Unfinished.exit_code)
+        self.received, self._when = number, time.monotonic()

@@ -4,10 +4,12 @@ Communication goes through a `Communicator`, so the rest of the code never asks 
 """
 
 import os
+import shutil
 import sys
 import time
 import traceback
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
@@ -40,7 +42,7 @@ class Communicator:
         return item
 
     def minimum(self, value):
-        """Return the smallest `value` of all ranks."""
+        """Return the smallest `value` of all ranks; of an array, element by element."""
         return value
 
     def send(self, item, rank):
@@ -95,9 +97,9 @@ class MpiCommunicator(Communicator):
         return self.comm.bcast(item)
 
     def minimum(self, value):
-        result = np.array(value)
+        result = np.array(value, float)
         self.comm.Allreduce(self.mpi.IN_PLACE, result, self.mpi.MIN)
-        return float(result)
+        return result if result.ndim else float(result)
 
     def send(self, item, rank):
         self.comm.send(item, rank, tag=9)
@@ -122,6 +124,26 @@ def launched_ranks():
     if os.environ.get("PMIX_RANK") or os.environ.get("SLURM_STEP_ID"):
         sizes.append(os.environ.get("SLURM_STEP_NUM_TASKS", ""))
     return max([int(size) for size in sizes if size.isdigit()], default=1)
+
+
+def parsph_command(*arguments, ranks=1):
+    """Return the command that runs ``parsph`` with `arguments` in a process of its own, or on several ranks.
+
+    The launcher is the one beside the interpreter, else the one on the path.
+
+    Raises
+    ------
+    SceneError
+        When several ranks are wanted and there is no launcher.
+    """
+    command = [sys.executable, "-m", "parsph", *map(str, arguments)]
+    if ranks == 1:
+        return command
+    beside = Path(sys.executable).parent / "mpirun"
+    launcher = str(beside) if beside.exists() else shutil.which("mpirun")
+    if launcher is None:
+        raise SceneError("no mpirun", where="--ranks", cure="pip install 'parsph[mpi]', or one rank")
+    return [launcher, "-n", str(ranks), *command]
 
 
 def start():

@@ -23,9 +23,12 @@ class Field:
     unit : str
     description : str
     part : str
-        "shared" (halo and migration), "private" (migration only), "derived" (worked out for a snapshot, kept nowhere).
+        "shared" (halo and migration), "private" (migration only), "rate" (an array of its own, which each evaluation fills and
+        the next step needs), "derived" (worked out for a snapshot, kept nowhere).
     snapshot : bool
         Whether snapshots hold it.
+    lasting : bool
+        Whether it lives from one step to the next, so that checkpoints hold it.
     needed_by : str
         The feature of a scene that needs it, an integrator or a term; empty when every scene does.
     found_in : str
@@ -38,6 +41,7 @@ class Field:
     description: str
     part: str = "shared"
     snapshot: bool = False
+    lasting: bool = True
     needed_by: str = ""
     found_in: str = ""
 
@@ -48,7 +52,7 @@ FIELDS = (
     Field("position", 1, "m", "position"),
     Field("velocity", 1, "m/s", "velocity", snapshot=True),
     Field("density", 0, "kg/m^3", "density", snapshot=True),
-    Field("pressure", 0, "Pa", "pressure from the equation of state", snapshot=True),
+    Field("pressure", 0, "Pa", "pressure from the equation of state", snapshot=True, lasting=False),
     Field("mass", 0, "kg", "mass, per metre of width in 2D and per square metre of cross-section in 1D", snapshot=True),
     Field(
         "strain_rate", 2, "1/s", "grad v + (grad v)^T at the evaluation before", needed_by="newtonian", found_in="strain_rate"
@@ -61,11 +65,16 @@ FIELDS = (
         needed_by="xsph_continuity",
         found_in="drift",
     ),
-    Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private"),
-    Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private"),
-    Field("start_position", 1, "m", "position at the beginning of the step", "private", needed_by="midpoint"),
+    Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private", lasting=False),
+    Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private", lasting=False),
+    Field("start_position", 1, "m", "position at the beginning of the step", "private", lasting=False, needed_by="midpoint"),
     Field("last_acceleration", 1, "m/s^2", "acceleration of the step before", "private", needed_by="adams-bashforth"),
     Field("last_density_rate", 0, "kg/m^3/s", "density rate of the step before", "private", needed_by="adams-bashforth"),
+    Field("acceleration", 1, "m/s^2", "acceleration at the last evaluation", "rate"),
+    Field(
+        "density_rate", 0, "kg/m^3/s", "density rate at the last evaluation; where densities are summed, the density", "rate"
+    ),
+    Field("drift", 1, "m/s", "what particles move with beside their velocity", "rate", needed_by="drift"),
 )
 
 # A tag is `image << IMAGE_SHIFT | id`: fluid first in every cell, then its images, then fixed ghosts with numbers of their
@@ -108,11 +117,17 @@ class Layout:
         """Return (part, slice) of the field `name`."""
         first = {"shared": 0, "private": 0}
         for field in self.fields:
+            if field.part == "rate":
+                first["rate"] = 0
             last = first[field.part] + self.components(field)
             if field.name == name:
                 return field.part, slice(first[field.part], last)
             first[field.part] = last
         raise KeyError(name)
+
+    def rank(self, name):
+        """Return the rank of the field `name`."""
+        return next(field.rank for field in self.fields if field.name == name)
 
     def place(self, name):
         """Return the first column of the field `name` in its row, -1 where this scene does not need it."""
@@ -124,7 +139,7 @@ class Layout:
         """
         rows = 8 * (self.width("shared") + self.width("private"))
         strains = sum(self.components(field) for field in self.fields if field.rank == 2)
-        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.dim + 1 + strains)
+        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.width("rate") + strains)
 
 
 class Particles:
@@ -162,7 +177,7 @@ class Particles:
         self.order = np.zeros(0, np.int32)
         self.acceleration = np.zeros((0, layout.dim))
         self.density_rate = np.zeros(0)
-        self.drift = np.zeros((0, layout.dim))
+        self.drift = np.zeros((int(layout.place("drift") >= 0), layout.dim))
         self.gradient = np.zeros((0, layout.dim))
         self._carried = [field for field in layout.fields if field.found_in]
         strains = layout.dim * (layout.dim + 1) // 2
@@ -216,8 +231,8 @@ class Particles:
         rows = slice(self.last, self.last + count)
         self.tags[rows] = tags
         for name, values in fields.items():
-            part, columns = self.layout.columns(name)
-            getattr(self, part)[rows, columns] = np.reshape(values, (count, columns.stop - columns.start))
+            view = self.view(name)
+            view[rows] = np.reshape(values, (count, view.shape[1]))
         self.last += count
 
     def carry(self):
@@ -225,6 +240,13 @@ class Particles:
         for field in self._carried:
             found = getattr(self, field.found_in)
             self.shared[self.first : self.last, self.layout.columns(field.name)[1]] = found[self.first : self.last]
+
+    def view(self, name):
+        """Return all rows of the field `name`, shape (capacity, components), to be read or written."""
+        part, columns = self.layout.columns(name)
+        if part == "rate":
+            return getattr(self, name).reshape(len(self.tags), -1)
+        return getattr(self, part)[:, columns]
 
     @property
     def nbytes(self):
@@ -239,9 +261,8 @@ class Particles:
 
     def field(self, name, rows):
         """Return the field `name` of the given `rows`, shape (n,) or (n, dim)."""
-        part, columns = self.layout.columns(name)
-        values = getattr(self, part)[rows, columns]
-        return values if columns.stop - columns.start > 1 or name in ("position", "velocity") else values[:, 0]
+        values = self.view(name)[rows]
+        return values if values.shape[1] > 1 or self.layout.rank(name) else values[:, 0]
 
 
 def _enlarged(array, capacity):

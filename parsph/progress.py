@@ -41,7 +41,7 @@ class ProgressLog(Observer):
         return float("inf")
 
     def begin(self, simulation):
-        self._clock = time.perf_counter()
+        self._clock, self._from = time.perf_counter(), (simulation.time, simulation.evaluations)
         low, high = (-float("inf"),) * simulation.sweep.dim, (float("inf"),) * simulation.sweep.dim
         self._energy = EnergyGauge("log", None, low, high)
         self.total = sum(simulation.communicator.allgather(len(simulation.particles.fluid)))
@@ -68,8 +68,9 @@ class ProgressLog(Observer):
             return
         now, t = time.perf_counter(), simulation.time
         spent, steps = now - self._clock, simulation.steps
-        rate = self.total * simulation.evaluations / spent if spent > 0 else 0.0
-        left = spent * (self.end - t) / t if t > 0 else float("nan")
+        begun, evaluations = self._from
+        rate = self.total * (simulation.evaluations - evaluations) / spent if spent > 0 else 0.0
+        left = spent * (self.end - t) / (t - begun) if t > begun else float("nan")
         text = f"{rate / 1e6:.2f} M evaluations/s"
         if self.bar:
             self.bar.update(self.task, completed=t, rate=text)

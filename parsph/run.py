@@ -3,28 +3,35 @@
 import json
 import platform
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
 
 from . import __version__, parallel
 from .analysis import mean_height
-from .errors import Interrupted
-from .io.folder import output_folder, write_whole
+from .errors import SceneError
+from .io.checkpoints import Checkpoints, latest
+from .io.folder import Claim, output_folder, write_whole
+from .io.results import SCENE_FILE, SUMMARY_FILE, Results
 from .jit import compilations
 from .moments import Moments
-from .observers import InterruptGuard
+from .observers import Signals
 from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
 from .scene.build import build, cuts_of
 from .scene.check_waves import doubts_of
-from .scene.load import load_scene, scene_name, scene_text
+from .scene.load import load_scene, parse_setting, scene_name, scene_text
 from .scene.movers import expected_height
 from .scene.plan import costs
 from .scene.solids import fillings_of
 from .scene.zones import relaxed_height
 from .walls import INTERPOLATORS
+
+STARTED = time.monotonic()  # a wall time counts from when the process began
+CHANGEABLE = ("time.end", "time.walltime", "output.snapshots.every", "output.log.every", "output.checkpoints.every")
 
 
 @dataclass
@@ -60,40 +67,180 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     SceneError
         Bad input; nothing was written.
     RunError
-        The run went wrong; the last good snapshot is kept.
+        The run went wrong; what was written before is kept.
+    Unfinished
+        It was asked to end, or its wall time is up; `resume` goes on.
     """
     communicator = communicator or parallel.start()
     scene = load_scene(source, overrides)
     cuts_of(scene, communicator.size)  # whatever speaks against it must do so before a folder is made
     name = scene_name(source)
     folder = communicator.on_root(lambda: output_folder(name, out, overwrite))
-    communicator.on_root(lambda: (folder / "scene.json").write_text(scene_text(scene), encoding="utf-8"))
-    loading = time.perf_counter()
-    compiled = load_code(scene, communicator)
-    loading = time.perf_counter() - loading
-    simulation = build(scene, communicator, folder)
-    log = ProgressLog(scene.log_interval, scene.time.end)
-    guard = InterruptGuard()
-    simulation.observers += [log, guard]
-    if communicator.rank == 0:
-        _print_start(scene, simulation, folder, name, loading, compiled)
-    if ranks_info:
-        _print_ranks(simulation)
-    begin, processor = time.perf_counter(), time.process_time()
+    with _claimed(folder, communicator):
+        communicator.on_root(lambda: write_whole(folder / SCENE_FILE, scene_text(scene)))
+        return _carry_out(scene, name, folder, communicator, ranks_info)
+
+
+def resume(folder, overrides=(), ranks_info=False, communicator=None):
+    """Go on with a run where its newest checkpoint is, to the same bits as if it had never ended, on any number of ranks.
+
+    Without a checkpoint that is whole it begins anew; a run that has finished stays as it is, unless it is to end later.
+
+    Parameters
+    ----------
+    folder : path
+        Output folder of the run.
+    overrides
+        As of `parsph.load_scene`; when it ends, how long it may take and how often it writes may change.
+    ranks_info, communicator
+        As of `run`.
+
+    Returns
+    -------
+    Finished or None
+        None when there was nothing to do.
+
+    Raises
+    ------
+    SceneError, RunError, Unfinished
+        As `run`.
+    """
+    communicator = communicator or parallel.start()
+    results = Results(folder)
+    scene, name = _continued(results, overrides), results.name
+    cuts_of(scene, communicator.size)
+    with _claimed(results.folder, communicator):
+        checkpoint = latest(results.folder, communicator)
+        if checkpoint and checkpoint.time > scene.time.end:
+            why = f"its newest checkpoint is of t = {checkpoint.time:g} s"
+            raise SceneError(f"it cannot end at {scene.time.end:g} s", "time.end", why, "a later end")
+        finished = communicator.on_root(lambda: results.summary)
+        if finished and finished["time [s]"] >= scene.time.end:
+            if communicator.rank == 0:
+                print(f"{folder}: has finished at t = {finished['time [s]']:g} s; later ends by --set time.end=...")
+            return None
+        communicator.on_root(lambda: _reopen(results.folder, scene))
+        return _carry_out(scene, name, results.folder, communicator, ranks_info, checkpoint)
+
+
+def _continued(results, overrides):
+    """Return the scene of a run that goes on, with what may be changed of it."""
+    items = dict(map(parse_setting, overrides or ())) if not isinstance(overrides, dict) else dict(overrides)
+    for key in items:
+        if key not in CHANGEABLE:
+            why = "a run goes on as it began"
+            raise SceneError("cannot change", f"--set {key}", why, f"one of: {', '.join(CHANGEABLE)}; or another run")
+    before = load_scene(results.folder / SCENE_FILE)
+    if "time.end" in items:  # intervals that follow from it stay
+        items.setdefault("output.snapshots.every", before.snapshot_interval)
+        items.setdefault("output.log.every", before.log_interval)
+    return load_scene(results.folder / SCENE_FILE, items)
+
+
+def _reopen(folder, scene):
+    """Have the folder say that the run has not finished, and when it is to."""
+    (folder / SUMMARY_FILE).unlink(missing_ok=True)
+    write_whole(folder / SCENE_FILE, scene_text(scene))
+
+
+@contextmanager
+def _claimed(folder, communicator):
+    """Keep the folder for this job."""
+    claims = []
+    communicator.on_root(lambda: claims.append(Claim(folder)))
     try:
-        simulation.run()
-    except KeyboardInterrupt:
-        why = "what was written up to here is complete"
-        raise Interrupted(f"interrupted at t = {simulation.time:.6g} s", where=str(folder), why=why) from None
+        yield
     finally:
-        guard.close()
-        log.close()
-    spent = time.perf_counter() - begin, time.process_time() - processor
-    summary = _summary(scene, simulation, folder, name, *spent, log.total)
-    if communicator.rank == 0:
-        write_whole(folder / "summary.json", json.dumps(summary, indent=1))  # its presence says that the run has finished
+        for claim in claims:
+            claim.release()
+
+
+def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
+    """Run a scene from its beginning, or from a checkpoint, to its end."""
+    with Signals() as signals:
+        loading = time.perf_counter()
+        compiled = load_code(scene, communicator)
+        loading = time.perf_counter() - loading
+        simulation = build(scene, communicator, folder, checkpoint)
+        account = Account(simulation, checkpoint.totals if checkpoint else {})
+        log = ProgressLog(scene.log_interval, scene.time.end)
+        saved = scene.output.checkpoints.every, scene.time.walltime, STARTED
+        simulation.observers += [log, Checkpoints(folder, scene_text(scene), *saved, signals, account.totals)]
+        if checkpoint:
+            checkpoint.restore(simulation)
+        if communicator.rank == 0:
+            _print_start(scene, simulation, folder, name, loading, compiled, checkpoint)
+        if ranks_info:
+            _print_ranks(simulation)
+        signals.waiting = True
+        try:
+            simulation.run()
+        finally:
+            log.close()
+    summary = _summary(scene, simulation, folder, name, account.totals(), log.total)
+    communicator.on_root(lambda: _close(folder, summary))
     _print_end(simulation, summary)
     return Finished(simulation, folder, summary)
+
+
+def _close(folder, summary):
+    files = [path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(".")]
+    summary["files"], summary["bytes written"] = (
+        1 + len(files),
+        sum(path.stat().st_size for path in files),
+    )  # 1: the summary itself
+    write_whole(folder / SUMMARY_FILE, json.dumps(summary, indent=1))  # its presence says that the run has finished
+
+
+class Account:
+    """What a run has used up, and counted, all its parts together.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    earlier : dict
+        What `totals` said when the part before ended.
+    """
+
+    def __init__(self, simulation, earlier):
+        self.simulation, self.earlier = simulation, earlier
+        self._begin = time.perf_counter(), time.process_time()
+
+    def totals(self):
+        """Return numbers, and lists and dicts of them, by name; collective."""
+        simulation, comm = self.simulation, self.simulation.communicator
+        wall, processor = time.perf_counter() - self._begin[0], time.process_time() - self._begin[1]
+        exchange = simulation.domain.exchange
+        mine = {
+            "cpu [s]": processor,
+            "core seconds": wall,
+            "messages": exchange.messages,
+            "bytes sent": exchange.bytes,
+            **_counts(simulation),
+        }
+        now = reduce(_sum, comm.allgather(mine))
+        return _sum(self.earlier, {"parts": 1, "wall [s]": wall, **now})
+
+
+def _sum(one, other):
+    """Return numbers, lists and dicts added, name by name."""
+    if isinstance(other, dict):
+        return {name: _sum(one[name], other[name]) if name in one else other[name] for name in other}
+    return list(map(_sum, one, other)) if isinstance(other, list) else one + other
+
+
+def _counts(simulation):
+    """Return what walls and terms of this rank have counted."""
+    domain, counts = simulation.domain, {}
+    if domain.ghosts:
+        counts["methods"] = domain.ghosts.methods_used.tolist()
+    if domain.barrier:
+        counts["stopped"] = int(domain.barrier.stopped)
+    if domain.exchanging:
+        counts["exchanged"] = {wall.name: int(wall.exchanged) for wall in domain.walls}
+    if simulation.correction:
+        counts["plain"] = int(simulation.correction.plain)
+    return counts
 
 
 def load_code(scene, communicator):
@@ -142,7 +289,7 @@ def _moved(gauge, place):
     return {**gauge, **point, **{key: place[d] for d, key in enumerate("xy") if gauge.get(key) is not None}}
 
 
-def _print_start(scene, simulation, folder, name, loading, compiled):
+def _print_start(scene, simulation, folder, name, loading, compiled, checkpoint):
     layout, out = simulation.particles.layout, console()
     total = costs(scene)["particles"]
     size = total * layout.bytes_per_particle()
@@ -159,6 +306,10 @@ def _print_start(scene, simulation, folder, name, loading, compiled):
         f"({simulation.integrator.name}), {simulation.communicator.size} rank(s) on {platform.node()}, {how} {loading:.1f} s"
     )
     out.print(f"  output: {folder}")
+    if checkpoint:
+        out.print(f"  goes on at t = {checkpoint.time:.6g} s, step {simulation.steps:,}, from {checkpoint.path}")
+        if checkpoint.version != __version__:
+            out.print(f"note: that was written by parsph {checkpoint.version}; bits may differ from there on", markup=False)
     for doubt in doubts_of(scene):
         out.print(f"note: {doubt}", markup=False)
 
@@ -172,55 +323,50 @@ def _print_ranks(simulation):
             print(f"  rank {rank}: {line}", flush=True)
 
 
-def _summary(scene, simulation, folder, name, wall, processor, particles):
+def _summary(scene, simulation, folder, name, totals, particles):
     comm = simulation.communicator
-    exchange = simulation.domain.exchange
-    messages, sent = np.sum(comm.allgather((exchange.messages, exchange.bytes)), axis=0)
-    evaluations = particles * simulation.evaluations
+    evaluations, steps = particles * simulation.evaluations, max(simulation.steps, 1)
     summary = {
         "scene": name,
         "version": __version__,
         "particles": particles,
         "ranks": comm.size,
+        "parts": totals["parts"],
         "time [s]": simulation.time,
         "steps": simulation.steps,
-        "wall [s]": wall,
-        "cpu [s]": sum(comm.allgather(processor)),
+        "wall [s]": totals["wall [s]"],
+        "cpu [s]": totals["cpu [s]"],
         "evaluations": evaluations,
-        "evaluations per second and rank": evaluations / wall / comm.size if wall else 0.0,
-        "messages per step": float(messages) / max(simulation.steps, 1),
-        "bytes sent per step": float(sent) / max(simulation.steps, 1),
+        "evaluations per second and rank": evaluations / totals["core seconds"],
+        "messages per step": totals["messages"] / steps,
+        "bytes sent per step": totals["bytes sent"] / steps,
         "phases [s]": simulation.timers.over_ranks(comm),
         "folder": str(folder),
     }
-    walls = _walls_summary(simulation)
+    walls = _walls_summary(simulation, totals)
     if walls:
         summary["walls"] = walls
     if simulation.correction:
-        plain = sum(comm.allgather(simulation.correction.plain)) / simulation.evaluations
-        summary["kernel correction"] = {"plain kernel per evaluation": plain}
+        summary["kernel correction"] = {"plain kernel per evaluation": totals["plain"] / simulation.evaluations}
     if comm.rank == 0:
-        summary["files"] = 1 + sum(1 for path in folder.rglob("*") if path.is_file())  # and the summary itself
-        summary["bytes written"] = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
         summary.update(wave_heights(scene, simulation))
     return summary
 
 
-def _walls_summary(simulation):
-    """Return what walls are made of and what they did, {} where there is nothing to tell; collective."""
-    domain, comm, told = simulation.domain, simulation.communicator, {}
+def _walls_summary(simulation, totals):
+    """Return what walls are made of and what they did, {} where there is nothing to tell."""
+    domain, told = simulation.domain, {}
     if domain.ghosts:
-        counts = np.sum(comm.allgather(domain.ghosts.methods_used), axis=0) / simulation.evaluations
+        counts = np.array(totals["methods"]) / simulation.evaluations
         names = ["dry", *(each.name for each in sorted(INTERPOLATORS.values(), key=lambda each: each.code))]
         told["ghosts"] = domain.ghosts.count
         told["methods per evaluation"] = dict(zip(names, counts.tolist(), strict=True))
     if domain.barrier:
-        told["stopped"] = int(sum(comm.allgather(domain.barrier.stopped)))
+        told["stopped"] = totals["stopped"]
     if domain.markers:
         told["markers"] = domain.markers.count
     if domain.exchanging:
-        counts = np.sum(comm.allgather([wall.exchanged for wall in domain.walls]), axis=0)
-        told["exchanged"] = {wall.name: int(count) for wall, count in zip(domain.walls, counts, strict=True)}
+        told["exchanged"] = totals["exchanged"]
     return told
 
 

@@ -198,9 +198,6 @@ class Simulation:
 
     def settle(self):
         """Let the fluid come to rest before the beginning: steps up to t = 0 in which its velocity decays."""
-        self.time = -self.settling
-        self.evaluate(self.time)
-        self.integrator.begin(self.particles)
         p = self.particles
         velocity = p.layout.columns("velocity")[1]
         while self.time < 0:
@@ -208,21 +205,31 @@ class Simulation:
             self.step(dt)
             p.shared[p.first : p.last, velocity] /= 1.0 + dt / self.rest_time
             self.time = 0.0 if dt == -self.time else self.time + dt
+            if self.time < 0:
+                self._observe(settling=True)
         p.shared[p.first : p.last, velocity] = 0.0
 
     def prepare(self):
-        """Settle where the scene says so, set the rates at the beginning, which the first prediction needs, decide on what the
-        flow moves, and let the observers begin.
+        """Let the observers begin, settle where the scene says so, set the rates at the beginning, which the first prediction
+        needs, and decide on what the flow moves. What comes from a checkpoint goes on where it was.
         """
-        if self.settling:
-            self.settle()
-        self.evaluate(self.time)
-        self.integrator.begin(self.particles)
-        for mover in self.movers:
-            mover.advance(self, self.time)
         for observer in self.observers:
             observer.begin(self)
+        if self.steps == 0:
+            self.time = 0.0 - self.settling
+            self._begin()
+        elif self.time >= 0:
+            return
+        if self.time < 0:
+            self.settle()
+            self._begin()
+        for mover in self.movers:
+            mover.advance(self, self.time)
         self._observe()
+
+    def _begin(self):
+        self.evaluate(self.time)
+        self.integrator.begin(self.particles)
 
     def run(self):
         """Run from `prepare` to the end; the observers see every time at which they are due."""
@@ -245,11 +252,26 @@ class Simulation:
             with self.timers("balance"):
                 self.imbalance = self.domain.balance()
 
-    def _observe(self):
+    def _observe(self, settling=False):
         for observer in self.observers:
-            if observer.due(self.time):
+            if (observer.settles or not settling) and observer.due(self.time):
                 with self.timers(observer.phase):
                     observer.observe(self)
+
+    # --- going on later -----------------------------------------------------------------------------------------------
+
+    def memory(self):
+        """Return what a run needs to know to go on, beside its particles: numbers, and lists of them; collective."""
+        extremes = np.max(self.communicator.allgather(self._extremes), axis=0).tolist()
+        clock = {"time": self.time, "steps": self.steps, "evaluations": self.evaluations, "last dt": self.last_dt}
+        return {**clock, "extremes": extremes, "movers": [mover.memory for mover in self.movers]}
+
+    def recall(self, memory):
+        """Go on from what `memory` said."""
+        self.time, self.steps, self.evaluations = memory["time"], memory["steps"], memory["evaluations"]
+        self.last_dt, self._extremes = memory["last dt"], tuple(memory["extremes"])
+        for mover, known in zip(self.movers, memory["movers"], strict=True):
+            mover.memory = known
 
     # --- looking at it --------------------------------------------------------------------------------------------
 

@@ -16,7 +16,8 @@ EQUATIONS = {
 }
 
 # In shallow water the depth plays the density: what has other units than elsewhere.
-SHALLOW_UNITS = {"density": "m", "start_density": "m", "last_density_rate": "m/s", "pressure": "m^3/s^2", "mass": "m^2"}
+SHALLOW_UNITS = {"density": "m", "start_density": "m", "pressure": "m^3/s^2", "mass": "m^2"}
+SHALLOW_UNITS |= {"density_rate": "m/s", "last_density_rate": "m/s"}
 
 
 @jit

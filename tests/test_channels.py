@@ -27,7 +27,7 @@ from parsph.scene.load import builtin_names, load_scene
 from parsph.scene.plan import costs, print_plan
 from parsph.stepping import time_step_limit
 from parsph.sweep import Sweep
-from parsph.terms import SMOOTHED_CONTINUITY, VISCOSITIES, XSPH, Terms
+from parsph.terms import NONE, SMOOTHED_CONTINUITY, VISCOSITIES, XSPH, Terms
 from parsph.terms.viscosity import UNSEEN, unseen_viscosity
 from parsph.verify import CASES
 from parsph.verify.channels import channel, couette_profile, poiseuille_profile, shake
@@ -79,7 +79,7 @@ def rates(fields, sweep, features=("verlet", "newtonian"), carry=False):
     grid = grid_around(fields["position"], sweep.kernel.support * sweep.h)
     domain = domain_of(grid, fields, gravity=sweep.gravity, state=water(C0), features=features)
     p = domain.particles
-    if sweep.terms.drifts:
+    if sweep.terms.smoothing is not NONE:
         p.drift = np.zeros((len(p.tags), sweep.dim))
     domain.arrange(0.0)
     for _ in range(1 + carry):

@@ -1,12 +1,14 @@
-"""The output folder of a run: found free, never overwritten unasked."""
+"""The output folder of a run: found free, never overwritten unasked, written to by one job at a time."""
 
+import fcntl
 import os
 import platform
 import re
 import shutil
+from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import SceneError
+from ..errors import RunError, SceneError
 
 
 def output_folder(name, out=None, overwrite=False, parent="runs", consent="--overwrite"):
@@ -56,11 +58,74 @@ def output_folder(name, out=None, overwrite=False, parent="runs", consent="--ove
         ) from error
 
 
+class Claim:
+    """What keeps the folder of a run for one job: a lock that the system gives up with the process, however it ends.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Raises
+    ------
+    SceneError
+        When another process has it.
+    """
+
+    def __init__(self, folder):
+        self._file = open(folder / ".lock", "a+", encoding="utf-8")  # noqa: SIM115 - open as long as the run
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._file.seek(0)
+            holder = self._file.read() or "another process"
+            self._file.close()
+            why, cure = f"{holder} runs in it, and two would spoil each other's files", "wait for it, or take another folder"
+            raise SceneError("is in use", where=str(folder), why=why, cure=cure) from None
+        except OSError:  # a file system without locks
+            return
+        self._file.truncate(0)
+        self._file.write(f"process {os.getpid()} on {platform.node()}")
+        self._file.flush()
+
+    def release(self):
+        """Let others have the folder."""
+        if not self._file.closed:
+            self._file.truncate(0)  # it stays: who removes it may take it from under another who has just got it
+            self._file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.release()
+
+
+@contextmanager
+def writing(path):
+    """Say in words why `path` cannot be written inside the ``with`` block, and leave nothing of it."""
+    try:
+        yield
+    except (
+        OSError,
+        RuntimeError,
+    ) as error:  # h5py raises either, by whether the disk is full at a write or as a file is closed
+        path.unlink(missing_ok=True)
+        raise failure(path, error) from error
+
+
+def failure(path, error):
+    """Return the `RunError` that says why `path` could not be written."""
+    reason = os.strerror(error.errno) if getattr(error, "errno", None) else str(error)
+    why = "what was written before is complete"
+    return RunError(f"cannot be written: {reason}", where=str(path), why=why, cure="mend that, then go on with parsph resume")
+
+
 def write_whole(path, text):
     """Write a text file that is complete or absent, whoever else writes it."""
     temporary = path.with_name(f".{path.name}.{platform.node()}-{os.getpid()}")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)
+    with writing(temporary):
+        temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, path)
 
 
 def _next_free(parent, name):
@@ -78,7 +143,8 @@ def _next_free(parent, name):
 
 def _empty(folder):
     """Remove what a run of this program writes, and nothing else."""
-    for entry in ("scene.json", "series.vtkhdf", "summary.json"):
-        (folder / entry).unlink(missing_ok=True)
-    for entry in ("snapshots", "gauges"):
-        shutil.rmtree(folder / entry, ignore_errors=True)
+    with Claim(folder):
+        for entry in ("scene.json", "series.vtkhdf", "summary.json"):
+            (folder / entry).unlink(missing_ok=True)
+        for entry in ("snapshots", "gauges", "checkpoints"):
+            shutil.rmtree(folder / entry, ignore_errors=True)

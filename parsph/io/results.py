@@ -1,6 +1,7 @@
 """What a run left behind, read again: scene, summary, gauge records, snapshots."""
 
 import json
+import re
 from pathlib import Path
 
 import h5py
@@ -8,6 +9,8 @@ import numpy as np
 
 from ..errors import SceneError
 from .tables import read_table, table_name
+
+SCENE_FILE, SUMMARY_FILE = "scene.json", "summary.json"
 
 
 class Results:
@@ -32,16 +35,21 @@ class Results:
     def __init__(self, folder):
         self.folder = Path(folder)
         try:
-            self.scene = json.loads((self.folder / "scene.json").read_text(encoding="utf-8"))
+            self.scene = json.loads((self.folder / SCENE_FILE).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             why = "there is no scene.json that can be read"
             cure = "a folder that parsph run has written, as runs/pool-001"
             raise SceneError("is not the folder of a run", where=str(folder), why=why, cure=cure) from None
 
     @property
+    def name(self):
+        """The name of the folder, without the number that a run gave it."""
+        return re.sub(r"-\d{3,}$", "", self.folder.resolve().name)
+
+    @property
     def summary(self):
         """The summary of the finished run, a dict; None when it has not finished."""
-        path = self.folder / "summary.json"
+        path = self.folder / SUMMARY_FILE
         return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
     @property

@@ -47,7 +47,7 @@ SHORTEST_LAG = 0.02  # of an absorbing plate behind its gauge, over sqrt(d/g)
 CENTERING = 60.0  # time within which an absorbing plate drifts back, over sqrt(d/g)
 
 
-def build(scene, communicator=None, folder=None):
+def build(scene, communicator=None, folder=None, checkpoint=None):
     """Return the `Simulation` of a scene, ready to run.
 
     Parameters
@@ -58,6 +58,8 @@ def build(scene, communicator=None, folder=None):
         Default: all ranks of the job.
     folder : Path, optional
         Where snapshots and gauge tables go; without one nothing is written, gauges keep their records in memory.
+    checkpoint : Checkpoint, optional
+        Where the particles come from in place of the scene's blocks; the rest of it is restored when all observers are there.
 
     Raises
     ------
@@ -72,13 +74,16 @@ def build(scene, communicator=None, folder=None):
     grid, box = grid_of(scene, motions)
     reach = scene.reach
     fillings = fillings_of(scene)
-    cuts = _cuts(scene, fillings, communicator.size)
+    counts = checkpoint.counts if checkpoint else sum(filling.column_counts(grid) for filling in fillings)
+    cuts = _cuts(scene, counts, communicator.size)
+    mine = cuts[communicator.rank], cuts[communicator.rank + 1]
     particles = Particles(Layout(scene.dim, scene.features))
-    _fill(particles, scene, state, grid, fillings, cuts[communicator.rank], cuts[communicator.rank + 1])
+    if checkpoint:
+        checkpoint.fill(particles, *mine)
+    else:
+        _fill(particles, scene, state, grid, fillings, *mine)
     n, terms = scene.numerics, terms_of(scene)
     particles.summed = n.density == "summation"
-    if terms.drifts:
-        particles.drift = np.zeros((len(particles.tags), scene.dim))
     if n.diffusion == "antuono":
         particles.gradient = np.zeros((len(particles.tags), scene.dim))
     if terms.correction is not NONE:
@@ -152,14 +157,14 @@ def cuts_of(scene, ranks):
     SceneError
         When there are too many ranks for the columns.
     """
-    return _cuts(scene, fillings_of(scene), ranks)
+    grid, _ = grid_of(scene)
+    return _cuts(scene, sum(filling.column_counts(grid) for filling in fillings_of(scene)), ranks)
 
 
-def _cuts(scene, fillings, ranks):
+def _cuts(scene, counts, ranks):
     motions = motions_of(scene)
     grid, _ = grid_of(scene, motions)
     bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene, motions)]
-    counts = sum(filling.column_counts(grid) for filling in fillings)
     return balanced_cuts(counts, ranks, *end_columns(grid, bands))
 
 

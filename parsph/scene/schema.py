@@ -18,7 +18,7 @@ from ..terms import CORRECTIONS, DENSITIES, DIFFUSIONS, FILTERS, SHIFTINGS, SPRA
 from ..walls import INTERPOLATORS, REPULSIONS, TREATMENTS, WEIGHTS
 from ..walls.mirror import SLIPS
 from ..waves import dispersion
-from .fields import NotNegative, Point, Positive, Section, Vector
+from .fields import Duration, NotNegative, Point, Positive, Section, Vector
 from .makers_schema import Body, Relaxation, Wavemaker
 
 ELLIPSE_POINTS = 180
@@ -345,6 +345,11 @@ class TimeSection(Section):
         0.0,
         description="so long before t = 0 the fluid comes to rest, its velocities decaying [s]; for blocks that fit no lattice",
     )
+    walltime: Duration | None = Field(
+        None,
+        description="how long the run may take by the clock, seconds or hours:minutes:seconds; before that it writes a "
+        "checkpoint and ends with exit code 85; default: as long as it takes",
+    )
     dt: Positive | None = Field(None, description="constant time step [s]; default: from cfl")
     cfl: Positive | None = Field(None, description="dt = cfl min(h/(c0 + |v|), sqrt(h/|a|)); default: the integrator's")
 
@@ -367,11 +372,22 @@ class Log(Section):
     every: Positive | None = Field(None, description="interval of log lines [s of the flow]; default: a 25th of the run")
 
 
+class CheckpointSection(Section):
+    """Files that a run goes on from, see `parsph resume`; the last two are kept."""
+
+    every: Duration = Field(
+        900.0,
+        description="interval by the clock, seconds or hours:minutes:seconds, longer where they take more than a fiftieth "
+        "of the time; there is one at the end of the run too; 0: only when the run is asked to end",
+    )
+
+
 class Output(Section):
     """What is written."""
 
     snapshots: Snapshots = Snapshots()
     log: Log = Log()
+    checkpoints: CheckpointSection = CheckpointSection()
 
 
 class Scene(Section):
@@ -404,7 +420,8 @@ class Scene(Section):
     def features(self):
         """What needs fields of its own (`parsph.particles.FIELDS`)."""
         n = self.numerics
-        return (n.integrator, n.viscosity, *["xsph_continuity"] * n.xsph_continuity)
+        drifts = n.xsph > 0 or n.shifting != "none"
+        return (n.integrator, n.viscosity, *["xsph_continuity"] * n.xsph_continuity, *["drift"] * drifts)
 
     @property
     def gravity(self):

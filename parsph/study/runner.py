@@ -8,19 +8,19 @@ import itertools
 import json
 import math
 import re
-import shutil
 import subprocess
-import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from ..errors import Interrupted, SceneError
+from ..errors import Interrupted, SceneError, Unfinished
+from ..io.checkpoints import has_checkpoint
 from ..io.folder import output_folder, write_whole
 from ..io.results import Results
+from ..parallel import parsph_command
 from ..progress import console, duration
-from ..run import run
+from ..run import resume, run
 from ..scene.load import scene_text
 
 FINISHED, FAILED, OPEN = "finished", "failed", "open"
@@ -58,6 +58,10 @@ class Workspace:
         if (self.run_folder(row) / "summary.json").exists():
             return FINISHED
         return FAILED if self.failure(row).exists() else OPEN
+
+    def begun(self, row):
+        """Return whether a row was stopped on its way, so that it can go on."""
+        return self.status(row) == OPEN and has_checkpoint(self.run_folder(row))
 
     def results(self, row):
         """Return the `Results` of a finished row, None for others."""
@@ -156,9 +160,12 @@ def run_row(study, place, which, communicator):
         console().print(f"row {row.name} is finished already", markup=False)
         return
     try:
-        run(place.scene(row), (), place.run_folder(row), overwrite=True, communicator=communicator)
+        if place.begun(row):
+            resume(place.run_folder(row), communicator=communicator)
+        else:
+            run(place.scene(row), (), place.run_folder(row), overwrite=True, communicator=communicator)
     except Exception as error:
-        if not isinstance(error, Interrupted):  # whichever rank sees it first
+        if not isinstance(error, Interrupted | Unfinished):  # whichever rank sees it first
             place.fail(row, str(error), getattr(error, "exit_code", 1))
         raise
     if communicator.rank == 0:
@@ -184,7 +191,7 @@ def run_rows(study, place, jobs, ranks):
     Raises
     ------
     Interrupted
-        On Ctrl-C; finished rows are kept.
+        On Ctrl-C; finished rows are kept, others go on from their checkpoints.
     """
     rows = study.rows
     todo = [row for row in rows if place.status(row) != FINISHED]
@@ -201,7 +208,7 @@ def run_rows(study, place, jobs, ranks):
         if stopping.is_set():
             return
         code = _run_process(row, place, ranks, children, stopping)
-        if stopping.is_set() or code == Interrupted.exit_code:
+        if stopping.is_set() or code in (Interrupted.exit_code, Unfinished.exit_code):
             return
         with lock:
             done += 1
@@ -232,9 +239,9 @@ def run_rows(study, place, jobs, ranks):
 
 def _run_process(row, place, ranks, children, stopping):
     """Run a row in a process of its own; return its exit code."""
-    command = [sys.executable, "-m", "parsph", "run", str(place.scene(row)), "--out", str(place.run_folder(row)), "--overwrite"]
-    if ranks > 1:
-        command = [_mpirun(), "-n", str(ranks), *command]
+    folder = str(place.run_folder(row))
+    wanted = ["resume", folder] if place.begun(row) else ["run", str(place.scene(row)), "--out", folder, "--overwrite"]
+    command = parsph_command(*wanted, ranks=ranks)
     with open(place.log(row), "w", encoding="utf-8") as log:
         process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
         children[row.name] = process
@@ -243,15 +250,6 @@ def _run_process(row, place, ranks, children, stopping):
         code = process.wait()
         del children[row.name]
     return code
-
-
-def _mpirun():
-    """Return the launcher: the one beside the interpreter, else the one on the path."""
-    beside = Path(sys.executable).parent / "mpirun"
-    found = str(beside) if beside.exists() else shutil.which("mpirun")
-    if found is None:
-        raise SceneError("no mpirun", where="--ranks", cure="pip install 'parsph[mpi]', or one rank per row")
-    return found
 
 
 def _last_error(log):

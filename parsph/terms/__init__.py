@@ -54,11 +54,6 @@ class Terms:
         )
 
     @property
-    def drifts(self):
-        """Whether particles move with another velocity than their own."""
-        return self.smoothing is not NONE or self.shifting is not NONE
-
-    @property
     def codes(self):
         """What the compiled sweep knows the terms by."""
         return tuple(term.code for family, term in self.families if family != "momentum")

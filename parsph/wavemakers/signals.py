@@ -199,3 +199,8 @@ class Yielding:
     def go_on(self, time, way, speed, acceleration):
         """Have this value and these derivatives from `time` [s] on."""
         self.time, self.way, self.speed, self.acceleration = time, way, speed, acceleration
+
+    @property
+    def memory(self):
+        """What it was last told: time [s], value and its two derivatives."""
+        return [self.time, self.way, self.speed, self.acceleration]

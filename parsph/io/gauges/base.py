@@ -5,7 +5,7 @@ import numpy as np
 from ...jit import jit
 from ...observers import Observer
 from ...particles import FIRST_GHOST
-from ..tables import Table
+from ..tables import Table, read_table
 
 
 class Gauge(Observer):
@@ -18,7 +18,7 @@ class Gauge(Observer):
     every : float
         Sampling interval [s].
     folder : Path or None
-        The run's folder; None keeps the record in memory only.
+        The run's folder; None keeps the record in memory.
     """
 
     phase = "gauges"
@@ -32,22 +32,26 @@ class Gauge(Observer):
 
     def begin(self, simulation):
         if simulation.communicator.rank == 0 and self.folder is not None:
-            self._table = Table(self.folder / "gauges" / f"{self.name}.csv", ["time [s]", *self.columns])
+            path = self.folder / "gauges" / f"{self.name}.csv"
+            self._table = Table(path, ["time [s]", *self.columns], simulation.time if simulation.steps else -np.inf)
 
     def observe(self, simulation):
         values = self.measure(simulation)
         if simulation.communicator.rank == 0:
             row = [simulation.time, *values]
-            self.records.append(row)
             if self._table:
                 self._table.add(row)
+            else:
+                self.records.append(row)
 
     def finish(self, simulation):
         if self._table:
             self._table.close()
 
     def record(self):
-        """Return what was recorded, shape (samples, 1 + columns), time [s] first."""
+        """Return what was recorded, shape (samples, 1 + columns), time [s] first; on rank 0."""
+        if self._table:
+            return np.stack(list(read_table(self._table.path).values()), axis=1)
         return np.array(self.records).reshape(len(self.records), -1)
 
     def measure(self, simulation):
