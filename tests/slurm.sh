@@ -38,6 +38,9 @@ fail() {
     exit 1
 }
 
+# Prints a line with the minutes since the start.
+report() { printf '%s (%d:%02d)\n' "$1" $((SECONDS / 60)) $((SECONDS % 60)); }
+
 # Waits until a command succeeds, SECONDS at most.
 within() {
     local seconds=$1 begin=$SECONDS
@@ -50,15 +53,9 @@ within() {
 
 # --- Slurm -----------------------------------------------------------------------------------------------------------
 
-packages=(slurm-wlm munge)
-: >"$work/log"
-if ! dpkg -s "${packages[@]}" >"$work/log" 2>&1; then
-    command -v apt-get >/dev/null || skip "no apt-get to install ${packages[*]} with"
-    [ "$(id -u)" = 0 ] || skip "${packages[*]} are missing, and only root can install them"
-    export DEBIAN_FRONTEND=noninteractive
-    { timeout 120 apt-get update && timeout 240 apt-get install -y --no-install-recommends "${packages[@]}"; } \
-        >"$work/log" 2>&1 || skip "apt-get could not install ${packages[*]}"
-fi
+# shellcheck source=tests/packages.sh
+. tests/packages.sh
+need slurm-wlm munge
 [ "$(id -u)" = 0 ] || skip "only root can start Slurm's daemons"
 
 unset "${!SLURM_@}" "${!SBATCH_@}"
@@ -120,18 +117,19 @@ for ((i = 0; i < 100; i++)); do
 done
 timeout 20 srun --nodes=2 true >>"$work/log" 2>&1 || skip "Slurm's two nodes do not run a step"
 touch "$work/ready"
-echo "$(slurmctld -V) runs jobs on two nodes"
+report "$(slurmctld -V) runs jobs on two nodes"
 
 # --- the uninterrupted run, which also compiles: no job may spend its minute so ----------------------------------------
 
 export PARSPH_PYTHON=$python OMP_NUM_THREADS=1 COLUMNS=160
-settings=(--set numerics.dx=0.1 --set time.end=6.0)
+settings=(--set numerics.dx=0.1 --set time.end=4.0)
 timeout 300 "$python" -m parsph run pool "${settings[@]}" --out "$work/whole" >"$work/log" 2>&1 || fail "the uninterrupted run"
+report "uninterrupted run"
 
 # --- a run in four goes --------------------------------------------------------------------------------------------------
 
 submit() {
-    sbatch --parsable --nodes=2 --ntasks-per-node=1 --time=1 --signal=USR1@15 --output="$work/job.log" \
+    sbatch --parsable --nodes=2 --ntasks-per-node=1 --time="$1" --signal=USR1@15 --output="$work/job.log" \
         jobs/slurm.sh pool "$work/run" "${settings[@]}"
 }
 shows() { [[ $(scontrol --oneliner show job "$1") =~ $2 ]]; }
@@ -146,12 +144,12 @@ work_a_little() {
 # Puts the job to sleep: a run that takes long must not take long to compute. Slurm wakes what it warns or preempts.
 sleep_well() { scancel --signal=STOP "$job"; }
 
-job=$(submit)
+job=$(submit 1)
 work_a_little
 sleep_well
 within 100 shows "$job" "Restarts=1"
 told 1 "stopped at t = .* with a checkpoint" || fail "no checkpoint when the time was nearly over"
-echo "warned of its time limit: checkpoint, requeued"
+report "warned of its time limit: checkpoint, requeued"
 
 work_a_little
 sleep_well
@@ -159,7 +157,7 @@ urgent=$(sbatch --parsable --partition=high --nodes=2 --time=1 --output=/dev/nul
 within 60 shows "$job" "Restarts=2"
 within 20 shows "$urgent" "JobState=(RUNNING|COMPLETED)"
 told 2 "stopped at t = .* with a checkpoint" || fail "no checkpoint when it was preempted"
-echo "preempted: checkpoint, requeued"
+report "preempted: checkpoint, requeued"
 
 work_a_little
 scancel "$job"
@@ -167,9 +165,9 @@ within 20 shows "$job" "JobState=CANCELLED"
 within 20 told 3 "stopped at t = .* with a checkpoint"
 sleep 7 # longer than a requeued job waits
 shows "$job" "JobState=CANCELLED" || fail "a cancelled job was requeued"
-echo "cancelled: checkpoint, not requeued"
+report "cancelled: checkpoint, not requeued"
 
-job=$(submit)
+job=$(submit 10)
 within 200 shows "$job" "JobState=(COMPLETED|FAILED|TIMEOUT|CANCELLED)"
 shows "$job" "JobState=COMPLETED" || fail "the last go"
 [ -e "$work/run/summary.json" ] || fail "no summary"
@@ -184,7 +182,7 @@ metrics = ["residual-energy"]
 
 [settings]
 "numerics.dx" = 0.1
-"time.end" = 6.0
+"time.end" = 4.0
 
 [[groups]]
 name = "pool"
@@ -206,4 +204,4 @@ grep -q "goes on at" "$work/task-0.log" || fail "the first row began anew"
 timeout 60 "$python" tests/compare_snapshots.py "$work/whole" "$first" || fail "the row and the run differ"
 [ -e "$work/study/rows/pool_high/summary.json" ] || fail "the second row has no summary"
 
-echo "Slurm: runs that are warned, preempted or cancelled go on to the same bits; a study runs as an array"
+report "Slurm: runs that are warned, preempted or cancelled go on to the same bits; a study runs as an array"

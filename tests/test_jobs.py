@@ -7,7 +7,7 @@ import subprocess
 import time
 
 import pytest
-from helpers import ROOT
+from helpers import ROOT, python
 
 SCRIPTS = sorted(ROOT.glob("jobs/*.sh")) + sorted(ROOT.glob("tests/*.sh"))
 MOST = 100  # goes, jobs or requeues in a chain
@@ -94,7 +94,7 @@ def call(place, script, *arguments, codes=(0,), **variables):
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.name)
 def test_scripts_are_sound(script):
     subprocess.run(["bash", "-n", str(script)], check=True)
-    assert os.access(script, os.X_OK)
+    assert os.access(script, os.X_OK) == script.read_text().startswith("#!")
     if shutil.which("shellcheck"):
         found = subprocess.run(["shellcheck", "--severity=warning", str(script)], capture_output=True, text=True, check=False)
         assert found.returncode == 0, found.stdout
@@ -243,3 +243,11 @@ def test_slurm_goes_on_in_its_folder(place):
 def test_slurm_study_names_the_row(place):
     _, _, told = slurm(place, "slurm-study.sh", "walls", "--out", "studies/a", codes=(0,))
     assert told[1] == "parsph study walls --out studies/a --row 3"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1], ids=lambda number: number.name)
+def test_a_signal_that_no_run_waits_for_does_not_kill_it_halfway(tmp_path, number):
+    """As when a job is preempted while its ranks begin, or warned as its run has ended: exit code 85, and the next go sees."""
+    stopping = "import os, sys; from parsph import __main__, cli; cli.main = lambda: os.kill(os.getpid(), int(sys.argv[1]))"
+    result = python("-c", f"{stopping}; __main__.main()", int(number), cwd=tmp_path)
+    assert result.returncode == 85, result.stderr
