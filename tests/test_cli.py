@@ -232,7 +232,17 @@ def test_verify_refuses_an_unknown_case(tmp_path):
     result = parsph("verify", "nonsense", cwd=tmp_path)
     assert result.returncode == 2
     names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "interpolators"]
-    names += ["still-tank", "dam-break", "wedge-tank", "kernels", "correction", "swe-pulse", "swe-dam-break"]
+    names += [
+        "still-tank",
+        "dam-break",
+        "wedge-tank",
+        "kernels",
+        "correction",
+        "restart",
+        "faults",
+        "swe-pulse",
+        "swe-dam-break",
+    ]
     names += ["strip", "deficiency", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr

@@ -226,13 +226,14 @@ class Checkpoints(Observer):
         super().__init__()
         self.folder, self.scene_text, self.every = folder_of(run), scene_text, every
         self.walltime, self.begun, self.signals, self.totals = walltime, begun, signals, totals
-        self._finding, self._stride, self._last_step = 0, 1, None
+        self._finding, self._stride = 0, 1
         self._steps = 2  # until the next look: the first is after a step, so that each part of a run gets on
 
     def begin(self, simulation):
         self._communicator = simulation.communicator
         self._communicator.on_root(lambda: self.folder.mkdir(exist_ok=True))
         self._looked = self._written = time.monotonic()
+        self._last_step = simulation.steps or None
         self._took = 0.0  # s, by the last one
         self._expected = 1.0 + sum(self._communicator.allgather(simulation.particles.nbytes)) / SPEED
 

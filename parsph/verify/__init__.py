@@ -15,6 +15,7 @@ from . import (  # they register their cases in this order
     channels,  # noqa: F401
     ghosts,  # noqa: F401
     kernels,  # noqa: F401
+    robustness,  # noqa: F401
     shallow,  # noqa: F401
     treatments,  # noqa: F401
     wave_absorption,  # noqa: F401
