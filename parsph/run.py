@@ -2,6 +2,7 @@
 
 import json
 import platform
+import sys
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -110,7 +111,10 @@ def resume(folder, overrides=(), ranks_info=False, communicator=None):
     scene, name = _continued(results, overrides), results.name
     cuts_of(scene, communicator.size)
     with _claimed(results.folder, communicator):
-        checkpoint = latest(results.folder, communicator)
+        checkpoint, damages = latest(results.folder, communicator)
+        if communicator.rank == 0:
+            for damage in damages:
+                print(f"warning: {damage}", file=sys.stderr, flush=True)
         if checkpoint and checkpoint.time > scene.time.end:
             why = f"its newest checkpoint is of t = {checkpoint.time:g} s"
             raise SceneError(f"it cannot end at {scene.time.end:g} s", "time.end", why, "a later end")

@@ -27,6 +27,8 @@ def test_run_writes_a_numbered_folder_and_says_what_it_did(tmp_path):
         folder = tmp_path / "runs" / f"pool-{number}"
         assert len(list((folder / "snapshots").iterdir())) == 3
         assert {path.name for path in folder.iterdir()} == {
+            ".lock",
+            "checkpoints",
             "gauges",
             "scene.json",
             "series.vtkhdf",
@@ -243,7 +245,16 @@ def test_verify_refuses_an_unknown_case(tmp_path):
         "swe-pulse",
         "swe-dam-break",
     ]
-    names += ["strip", "deficiency", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
+    names += [
+        "swe-pulse",
+        "swe-dam-break",
+        "strip",
+        "deficiency",
+        "active-absorption",
+        "wavemaker",
+        "solitary-wall",
+        "movable-seawall",
+    ]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
     assert list(verification.CASES) == names

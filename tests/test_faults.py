@@ -32,9 +32,8 @@ def small_disk(tmp_path):
     """A file system of two megabytes."""
     place = tmp_path / "disk"
     place.mkdir()
-    mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={SMALL >> 5}", "tmpfs", place], capture_output=True, check=False
-    )
+    command = ["mount", "-t", "tmpfs", "-o", f"size={SMALL >> 5}", "tmpfs", place]
+    mounted = subprocess.run(command, capture_output=True, check=False)
     if mounted.returncode:
         pytest.skip(f"a small file system cannot be mounted here: {mounted.stderr.decode()}")
     yield place

@@ -8,7 +8,6 @@ follow from the time and from their files.
 
 import json
 import signal
-import sys
 import time
 import zlib
 
@@ -177,23 +176,23 @@ class Damaged(ParsphError):
 
 
 def latest(run, communicator):
-    """Return the newest `Checkpoint` of a run that is whole, None when there is none; tell of those that are not; collective.
+    """Return the newest `Checkpoint` of a run that is whole, None when there is none, and what is wrong with newer ones, a list
+    of texts; collective.
 
     Parameters
     ----------
     run : Path
         The run's folder.
     """
-    paths = communicator.on_root(lambda: sorted(folder_of(run).glob("*.vtkhdf"), reverse=True))
+    paths, damages = communicator.on_root(lambda: sorted(folder_of(run).glob("*.vtkhdf"), reverse=True)), []
     for path in paths:
         try:
             checkpoint = communicator.on_root(lambda path=path: Checkpoint(path))
             checkpoint.examine(communicator)
-            return checkpoint
+            return checkpoint, damages
         except Damaged as damage:
-            if communicator.rank == 0:
-                print(f"warning: {path} is damaged and is not used: {damage}", file=sys.stderr, flush=True)
-    return None
+            damages.append(f"{path} is damaged and is not used: {damage}")
+    return None, damages
 
 
 class Checkpoints(Observer):
