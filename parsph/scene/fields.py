@@ -1,13 +1,34 @@
-"""What all sections of a scene are made of."""
+"""What all sections of a scene are made of: numbers within what can be meant, and text of one line."""
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
-Point = Annotated[list[float], Field(min_length=2, max_length=2)]
-Vector = Annotated[list[float], Field(min_length=1, max_length=3)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+LARGEST, SMALLEST = 1e12, 1e-12  # beyond them a number, in whatever SI unit, is a slip, and squares and cubes overflow
+LONGEST_TEXT, LONGEST_PATH = 200, 4096  # characters
+
+
+def _not_tiny(value):
+    if value < SMALLEST:
+        raise PydanticCustomError("too_small", f"input should be at least {SMALLEST:g}")
+    return value
+
+
+def _one_line(text):
+    if not text.isprintable():
+        raise PydanticCustomError("not_printable", "input should be one line of printable characters")
+    return text
+
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
+Count = Annotated[int, Field(ge=1, le=10**9)]
+Point = Annotated[list[Number], Field(min_length=2, max_length=2)]
+Vector = Annotated[list[Number], Field(min_length=1, max_length=3)]
+Text = Annotated[str, Field(max_length=LONGEST_TEXT), AfterValidator(_one_line)]
+FilePath = Annotated[str, Field(min_length=1, max_length=LONGEST_PATH), AfterValidator(_one_line)]
 
 
 class Section(BaseModel):
