@@ -10,7 +10,7 @@ LONGEST_TEXT, LONGEST_PATH = 200, 4096  # characters
 
 
 def _not_tiny(value):
-    if value < SMALLEST:
+    if 0 < value < SMALLEST:
         raise PydanticCustomError("too_small", f"input should be at least {SMALLEST:g}")
     return value
 
@@ -22,7 +22,7 @@ def _one_line(text):
 
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST), AfterValidator(_not_tiny)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
 Count = Annotated[int, Field(ge=1, le=10**9)]
 Point = Annotated[list[Number], Field(min_length=2, max_length=2)]

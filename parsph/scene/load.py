@@ -3,6 +3,7 @@
 import copy
 import json
 import os
+import re
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -18,8 +19,9 @@ from .schema import GAUGE_KINDS, Scene
 BUILTIN = resources.files(__package__) / "builtin"
 MOST_FAULTS = 100  # that are told at once
 MOST_BASES = 20  # scenes of which each builds on the next
-DEEPEST = 20  # sections in one another that --set reaches into
-LARGEST_FILE = 16e6  # bytes of a scene
+DEEPEST = 20  # parts of a dotted key
+LARGEST_FILE = 2e6  # bytes of a scene
+PART_OF_KEY = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 
 
 def builtin_names():
@@ -58,14 +60,17 @@ def load_scene(source="pool", overrides=None):
         scene = Scene.model_validate(keys)
     except ValidationError as error:
         entries = error.errors(include_url=False)
-        faults = [fault_of(entry) for entry in entries[:MOST_FAULTS]]
-        if len(entries) > MOST_FAULTS:
-            faults.append(SceneError(f"{len(entries) - MOST_FAULTS:,} faults more", where="the scene", cure="mend these first"))
-        raise SceneFaults(faults) from None
+        raise SceneFaults([*map(fault_of, entries[:MOST_FAULTS]), *_more(entries)]) from None
     faults = faults_of(scene)
     if faults:
-        raise SceneFaults(faults)
+        raise SceneFaults([*faults[:MOST_FAULTS], *_more(faults)])
     return scene
+
+
+def _more(faults):
+    """Return, in a list, the fault that stands for those that nobody would read."""
+    more = len(faults) - MOST_FAULTS
+    return [SceneError(f"has {more:,} faults more", where="the scene", cure="mend these first")] if more > 0 else []
 
 
 def scene_name(source):
@@ -144,7 +149,15 @@ def _read(source):
             why="it is neither a file nor the name of a built-in scene",
             cure=f"{did_you_mean(source, builtin_names())}built-in scenes: {', '.join(builtin_names())}",
         )
-    return _parsed(text, source, *(("JSON", json.loads) if path.suffix == ".json" else ("TOML", tomllib.loads)))
+    return _parsed(text, source, *(("JSON", json.loads) if path.suffix == ".json" else ("TOML", _toml)))
+
+
+def _toml(text):
+    """Return the keys of a text; refuse dotted keys of many parts, for which the parser takes their number squared."""
+    too_deep = re.search(rf"""(?<![\w"'-])(?:{PART_OF_KEY}[ \t]*\.[ \t]*){{{DEEPEST}}}""", text)
+    if too_deep:
+        raise ValueError(f"a key of more than {DEEPEST} parts, {shortened(too_deep[0])}")
+    return tomllib.loads(text)
 
 
 def _parsed(text, source, language, parse):
@@ -163,7 +176,7 @@ def parse_setting(setting):
     if not equals or not key.strip():
         raise SceneError(f"{shown(setting)} is not of the form key=value", where="--set", cure="as --set time.end=5")
     try:
-        keys = tomllib.loads(f"value = {text}")
+        keys = _toml(f"value = {text}")
     except (ValueError, RecursionError):
         keys = {}
     return key.strip(), keys["value"] if keys.keys() == {"value"} else text.strip()

@@ -8,7 +8,7 @@ from ..wavemakers.series import LENGTHS, TIMES
 from ..waves import REGULAR_THEORIES, SOLITARY_THEORIES, SPECTRA, dispersion, regular_wave
 from .fields import LARGEST, Count, FilePath, NotNegative, Number, Point, Positive, Section, Text
 
-MOST_ROWS = 100_000  # of a table of a spectrum
+MOST_ROWS = 10_000  # of a table of a spectrum
 _PERIOD = "one of period [s], frequency [Hz] and wavelength [m]"
 
 
@@ -42,8 +42,8 @@ class _OfSpectrum(Section):
     frequencies: Annotated[list[Positive], Field(min_length=2, max_length=MOST_ROWS)] | None = Field(
         None, description="of the spectrum table, increasing [Hz]"
     )
-    densities: Annotated[list[NotNegative], Field(min_length=2, max_length=MOST_ROWS)] | None = Field(
-        None, description="of the spectrum table, at its frequencies [m^2/Hz]"
+    densities: Annotated[list[Annotated[float, Field(ge=0, le=LARGEST)]], Field(min_length=2, max_length=MOST_ROWS)] | None = (
+        Field(None, description="of the spectrum table, at its frequencies [m^2/Hz]")
     )
     ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two peak periods")
 
@@ -55,7 +55,9 @@ class Irregular(_OfSpectrum):
     height: Positive | None = Field(
         None, description="significant wave height Hs [m]; default, of table alone: that of the densities"
     )
-    seed: Annotated[int, Field(ge=0, lt=2**64)] = Field(1, description="of the random phases; the same seed gives the same waves")
+    seed: Annotated[int, Field(ge=0, lt=2**64)] = Field(
+        1, description="of the random phases; the same seed gives the same waves"
+    )
     duration: Positive | None = Field(None, description="after so long the waves repeat [s]; default: the length of the run")
 
 

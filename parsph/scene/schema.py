@@ -134,7 +134,9 @@ class Swing(Section):
 class Bulge(Section):
     """A deformation: an edge moves along its normal by ramp(t) sin(2 pi t / period) amplitude sin^2(pi s / length)."""
 
-    edge: Annotated[int, Field(ge=0, le=MOST_POINTS)] = Field(description="which edge bulges: that from this point to the next, from 0")
+    edge: Annotated[int, Field(ge=0, le=MOST_POINTS)] = Field(
+        description="which edge bulges: that from this point to the next, from 0"
+    )
     amplitude: Number = Field(description="of its middle [m]; positive: first into the fluid")
     period: Positive = Field(description="period [s]")
     ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
@@ -304,7 +306,9 @@ class Numerics(Section):
         "none", description="linear: forces and density rates reproduce linear fields (Szmidt eqs. (25) to (31))"
     )
     c0: Positive | None = Field(None, description="sound speed [m/s]; default: c0_factor sqrt(g depth)")
-    c0_factor: Annotated[float, Field(ge=5, le=LARGEST)] = Field(20.0, description="sound speed over sqrt(g depth) [-], at least 5")
+    c0_factor: Annotated[float, Field(ge=5, le=LARGEST)] = Field(
+        20.0, description="sound speed over sqrt(g depth) [-], at least 5"
+    )
     state: Literal[*STATES] = Field("tait", description="equation of state")
     gamma: Annotated[float, Field(ge=1, le=15)] = Field(7.0, description="exponent of the Tait equation [-], 1 to 15")
     viscosity: Literal[*VISCOSITIES] = Field("none", description="viscosity of the momentum equation")

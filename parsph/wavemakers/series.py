@@ -72,7 +72,9 @@ def measured_motion(path, unit, time_unit, largest_acceleration, start=None):
     last = abs(speeds[-1]) / (0.5 * largest_acceleration)
     if max(first, last) > LONGEST_START * median:
         why = f"samples are {median:g} s apart, a start or an end at rest takes {max(first, last):g} s"
-        raise SceneError("begins or ends too slowly", where, why, f"at most {LONGEST_START * median:g} s; a start as wave.start")
+        raise SceneError(
+            "begins or ends too slowly", where, why, f"at most {LONGEST_START * median:g} s; a start as wave.start"
+        )
     lead_times, lead_values = _from_rest(speeds[0], first, median)
     tail_times, tail_values = _from_rest(speeds[-1], last, median)
     times = np.concatenate([lead_times, first + times, first + times[-1] + last - tail_times[::-1]])
