@@ -24,6 +24,7 @@ from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
 from .scene.build import build, cuts_of
 from .scene.check_waves import doubts_of
+from .scene.limits import refuse_too_large
 from .scene.load import load_scene, parse_setting, scene_name, scene_text
 from .scene.movers import expected_height
 from .scene.plan import costs
@@ -74,6 +75,7 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     """
     communicator = communicator or parallel.start()
     scene = load_scene(source, overrides)
+    refuse_too_large(scene, communicator)
     cuts_of(scene, communicator.size)  # whatever speaks against it must do so before a folder is made
     name = scene_name(source)
     folder = communicator.on_root(lambda: output_folder(name, out, overwrite))

@@ -12,7 +12,7 @@ PACKAGE = Path(parsph.__file__).parent
 # Top to bottom, as a reader meets it: a module may import from rows above its own and, inside a package, from its own row.
 ROWS = """
 errors
-jit parallel schedule timing
+files jit memory parallel schedule timing
 formula linear
 particles
 kernels states waves

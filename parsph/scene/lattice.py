@@ -6,6 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
+PLACED = 1_000_000  # particles that are placed in order to count them
+
 
 @dataclass(frozen=True)
 class Lattice:
@@ -37,6 +39,11 @@ class Lattice:
     def count(self):
         """Number of particles."""
         return int(np.prod([float(n) for n in self.shape]))
+
+    @property
+    def about(self):
+        """Number of particles."""
+        return self.count
 
     @property
     def first(self):
@@ -112,6 +119,11 @@ class Filling:
     def count(self):
         """Number of particles."""
         return len(self.position)
+
+    @property
+    def about(self):
+        """Number of particles; by the area alone where there are so many that it would take long to place them."""
+        return self.count if self.lattice.count <= PLACED else round(self.area.area / self.lattice.volume)
 
     @property
     def first(self):

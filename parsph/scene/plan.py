@@ -4,15 +4,17 @@ import math
 
 import numpy as np
 from rich.table import Table
+from rich.text import Text
 
 from ..moments import MOMENTS
 from ..particles import Layout
 from ..progress import console, duration, size_text
 from ..states import EQUATIONS
-from ..stepping import INTEGRATORS, time_step_limit
+from ..stepping import INTEGRATORS
 from ..terms import FILTERS
 from ..walls import INTERPOLATORS, TREATMENTS
 from .build import borders_of, state_of, terms_of, walls_of
+from .limits import step_of
 from .movers import describe_maker
 from .schema import GAUGE_KINDS
 from .solids import fillings_of, markers_of, motions_of, outlines_of
@@ -33,8 +35,8 @@ MOMENT_NUMBERS = 16  # of a particle in snapshots with moments
 def costs(scene):
     """Return {quantity: number}: particles, bytes, steps, evaluations, core seconds, disk bytes of a scene."""
     layout = Layout(scene.dim, scene.features)
-    particles = sum(filling.count for filling in fillings_of(scene))
-    step = scene.time.dt or time_step_limit(scene.h, scene.c0, abs(scene.gravity[-1]), scene.cfl, nu=scene.numerics.nu or 0.0)
+    particles = sum(filling.about for filling in fillings_of(scene))
+    step = step_of(scene)
     steps = math.ceil((scene.time.end + scene.time.settle) / step)
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
     candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
@@ -70,7 +72,7 @@ def print_plan(scene, name):
     omitted = []
     for family, term in terms_of(scene).families:
         if term.code:
-            table.add_row(family, f"[not bold]{_plain(term.equation)}", _plain(term.source))
+            table.add_row(family, Text(term.equation, style="not bold"), term.source)
         else:
             omitted.append(family)
     state, n = state_of(scene), scene.numerics
