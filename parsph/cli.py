@@ -82,12 +82,21 @@ def check(scene: SceneName, set_: Settings = None):
 
 
 @app.command()
-def plan(scene: SceneName = "pool", set_: Settings = None):
+def plan(
+    scene: SceneName = "pool",
+    set_: Settings = None,
+    ranks: Annotated[int | None, typer.Option(min=1, help="What it will need on up to so many ranks as well.")] = None,
+):
     """Print what a scene will model, with equations and sources, what it leaves out, and what it will cost."""
     from .scene.load import load_scene
     from .scene.plan import print_plan
 
-    print_plan(load_scene(scene, set_), scene)
+    declared = load_scene(scene, set_)
+    print_plan(declared, scene)
+    if ranks:
+        from .scene.forecast import print_forecast
+
+        print_forecast(declared, ranks)
 
 
 @app.command()

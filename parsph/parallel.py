@@ -7,6 +7,7 @@ import os
 import sys
 import time
 import traceback
+from collections import Counter
 from importlib.util import find_spec
 
 import numpy as np
@@ -19,10 +20,19 @@ FORWARDING = 0.5  # s that the launcher has to pass on the last words of a rank 
 
 
 class Communicator:
-    """One rank alone: every collective is the identity."""
+    """One rank alone: every collective is the identity.
+
+    Attributes
+    ----------
+    collectives : Counter
+        How often each collective was called, by its name in MPI; a rank alone calls none.
+    """
 
     size, rank, node_rank = 1, 0, 0
     mpi = None
+
+    def __init__(self):
+        self.collectives = Counter()
 
     def barrier(self):
         """Wait for all ranks."""
@@ -77,24 +87,30 @@ class MpiCommunicator(Communicator):
     """All ranks of an MPI job."""
 
     def __init__(self, mpi):
+        super().__init__()
         self.mpi = mpi
         self.comm = mpi.COMM_WORLD
         self.size, self.rank = self.comm.Get_size(), self.comm.Get_rank()
         self.node_rank = self.comm.Split_type(mpi.COMM_TYPE_SHARED).Get_rank()
 
     def barrier(self):
+        self.collectives["Barrier"] += 1
         self.comm.Barrier()
 
     def gather(self, item):
+        self.collectives["Gather"] += 1
         return self.comm.gather(item)
 
     def allgather(self, item):
+        self.collectives["Allgather"] += 1
         return self.comm.allgather(item)
 
     def broadcast(self, item):
+        self.collectives["Bcast"] += 1
         return self.comm.bcast(item)
 
     def minimum(self, value):
+        self.collectives["Allreduce"] += 1
         result = np.array(value)
         self.comm.Allreduce(self.mpi.IN_PLACE, result, self.mpi.MIN)
         return float(result)
@@ -106,6 +122,7 @@ class MpiCommunicator(Communicator):
         return self.comm.recv(source=rank, tag=9)
 
     def stack(self, array):
+        self.collectives["Gather"] += 1
         parts = self.comm.gather(array)
         return np.concatenate(parts) if self.rank == 0 else array[:0]
 

@@ -74,6 +74,8 @@ IMAGE_SHIFT = 48
 FIRST_GHOST = 1 << IMAGE_SHIFT
 FIRST_FIXED = 1 << 60
 
+GROWTH = 1.15  # arrays that are too small get so much more room than is asked for
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -174,7 +176,7 @@ class Particles:
         """Make room for `capacity` rows, keeping what is there."""
         if capacity <= len(self.tags):
             return
-        capacity = int(1.15 * capacity) + 64
+        capacity = int(GROWTH * capacity) + 64
         for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
         for name in ("drift", "gradient", "correction", "strain_rate"):

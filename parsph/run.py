@@ -24,6 +24,7 @@ from .scene.movers import expected_height
 from .scene.plan import costs
 from .scene.solids import fillings_of
 from .scene.zones import relaxed_height
+from .traffic import traffic, traffic_text
 from .walls import INTERPOLATORS
 
 
@@ -174,8 +175,6 @@ def _print_ranks(simulation):
 
 def _summary(scene, simulation, folder, name, wall, processor, particles):
     comm = simulation.communicator
-    exchange = simulation.domain.exchange
-    messages, sent = np.sum(comm.allgather((exchange.messages, exchange.bytes)), axis=0)
     evaluations = particles * simulation.evaluations
     summary = {
         "scene": name,
@@ -188,11 +187,11 @@ def _summary(scene, simulation, folder, name, wall, processor, particles):
         "cpu [s]": sum(comm.allgather(processor)),
         "evaluations": evaluations,
         "evaluations per second and rank": evaluations / wall / comm.size if wall else 0.0,
-        "messages per step": float(messages) / max(simulation.steps, 1),
-        "bytes sent per step": float(sent) / max(simulation.steps, 1),
         "phases [s]": simulation.timers.over_ranks(comm),
         "folder": str(folder),
     }
+    if comm.size > 1:
+        summary.update(traffic(simulation))
     walls = _walls_summary(simulation)
     if walls:
         summary["walls"] = walls
@@ -254,6 +253,8 @@ def _print_end(simulation, summary):
         f"{summary['steps']:,} steps, {duration(summary['wall [s]'])}, {rate:.2f} M evaluations/s per core; "
         f"{summary['files']} files, {size_text(summary['bytes written'])} in {summary['folder']}"
     )
+    if "communication" in summary:
+        out.print(traffic_text(summary))
     if "walls" in summary:
         walls, told = summary["walls"], []
         if "ghosts" in walls:

@@ -156,11 +156,16 @@ def cuts_of(scene, ranks):
 
 
 def _cuts(scene, fillings, ranks):
+    grid, ends = columns_of(scene)
+    return balanced_cuts(sum(filling.column_counts(grid) for filling in fillings), ranks, *ends)
+
+
+def columns_of(scene):
+    """Return the grid, and how many columns at its left and right end one rank must own together."""
     motions = motions_of(scene)
     grid, _ = grid_of(scene, motions)
     bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene, motions)]
-    counts = sum(filling.column_counts(grid) for filling in fillings)
-    return balanced_cuts(counts, ranks, *end_columns(grid, bands))
+    return grid, end_columns(grid, bands)
 
 
 def state_of(scene):
