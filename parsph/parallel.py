@@ -4,11 +4,13 @@ Communication goes through a `Communicator`, so the rest of the code never asks 
 """
 
 import os
+import shutil
 import sys
 import time
 import traceback
 from collections import Counter
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
@@ -139,6 +141,21 @@ def launched_ranks():
     if os.environ.get("PMIX_RANK") or os.environ.get("SLURM_STEP_ID"):
         sizes.append(os.environ.get("SLURM_STEP_NUM_TASKS", ""))
     return max([int(size) for size in sizes if size.isdigit()], default=1)
+
+
+def launcher():
+    """Return the path of `mpirun`: the one beside the interpreter, else the one on the path.
+
+    Raises
+    ------
+    SceneError
+        When there is none.
+    """
+    beside = Path(sys.executable).parent / "mpirun"
+    found = str(beside) if beside.exists() else shutil.which("mpirun")
+    if found is None:
+        raise SceneError("no mpirun", where="--ranks", cure="pip install 'parsph[mpi]', or one rank")
+    return found
 
 
 def start():

@@ -74,8 +74,6 @@ IMAGE_SHIFT = 48
 FIRST_GHOST = 1 << IMAGE_SHIFT
 FIRST_FIXED = 1 << 60
 
-GROWTH = 1.15  # arrays that are too small get so much more room than is asked for
-
 
 @dataclass(frozen=True)
 class Layout:
@@ -176,7 +174,7 @@ class Particles:
         """Make room for `capacity` rows, keeping what is there."""
         if capacity <= len(self.tags):
             return
-        capacity = int(GROWTH * capacity) + 64
+        capacity = room_for(capacity)
         for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
         for name in ("drift", "gradient", "correction", "strain_rate"):
@@ -244,6 +242,11 @@ class Particles:
         part, columns = self.layout.columns(name)
         values = getattr(self, part)[rows, columns]
         return values if columns.stop - columns.start > 1 or name in ("position", "velocity") else values[:, 0]
+
+
+def room_for(rows):
+    """Return the capacity of arrays that have to be enlarged for so many rows: some more, since the next ones come soon."""
+    return int(1.15 * rows) + 64
 
 
 def _enlarged(array, capacity):

@@ -14,9 +14,10 @@ from rich.table import Table
 from ..domain import balanced_cuts, imbalance, most_ranks
 from ..domain.cost import column_costs
 from ..moments import Correction
-from ..particles import GROWTH, Layout
+from ..particles import Layout, room_for
 from ..progress import console, duration, size_text
 from ..stepping import INTEGRATORS
+from ..walls.shares import Share
 from .build import borders_of, columns_of, state_of, walls_of
 from .lattice import Lattice
 from .plan import SECONDS_PER_STEP, costs
@@ -71,11 +72,13 @@ def census(scene):
         for cells, walls in ((fluid, [[]] * scene.dim), (rows, planes)):
             cells += _cells_of(filling, grid, walls, scene.reach)
     lines, _ = ghosts_of(scene, state_of(scene), motions)
-    ghosts = _counted(lines.position, grid) if lines else np.zeros(grid.shape, int)
+    ghosts, mirrors = np.zeros(grid.shape, int), ()
+    if lines:
+        share = Share(lines.position, lines.mirror, grid, (0, grid.columns), 0)
+        ghosts, mirrors = _counted(lines.position[share.standing], grid), share.cells
     rows += ghosts
     halo = [(1, 1)] + [(0, 0)] * (scene.dim - 1)
-    mirror = _places(lines.mirror, grid) + grid.stride if lines else ()
-    cost = column_costs(np.pad(fluid, halo), np.pad(rows, halo), mirror)
+    cost = column_costs(np.pad(fluid, halo), np.pad(rows, halo), mirrors)
     return Census(*(cells.reshape(grid.columns, -1).sum(axis=1) for cells in (fluid, rows, ghosts)), cost)
 
 
@@ -103,14 +106,11 @@ def _with_images(points, axis, planes, reach):
     return points
 
 
-def _places(points, grid):
-    """Return the cell of each point, those outside the grid brought to its edge."""
-    index = np.floor((points - np.array(grid.low)) / grid.cell).astype(int)
-    return np.ravel_multi_index(tuple(np.clip(index, 0, np.array(grid.shape) - 1).T), grid.shape)
-
-
 def _counted(points, grid):
-    return np.bincount(_places(points, grid), minlength=math.prod(grid.shape)).reshape(grid.shape)
+    """Return the number of points in each cell."""
+    index = np.floor((points - np.array(grid.low)) / grid.cell).astype(int)
+    places = np.ravel_multi_index(tuple(index.T), grid.shape, mode="clip")
+    return np.bincount(places, minlength=math.prod(grid.shape)).reshape(grid.shape)
 
 
 @dataclass(frozen=True)
@@ -183,8 +183,11 @@ def forecast(scene, ranks, found=None, step=None):
                 values = found.ghosts[edge]
                 told[rank] += evaluations * (messages + (values > 0))
                 sent[rank] += evaluations * (row_bytes * found.rows[edge] + value_bytes * values + 8 * grid.stride)
-        rows += found.rows[first - 1] * (rank > 0) + (found.rows[last] if rank < ranks - 1 else 0)
-        capacity = GROWTH * (fluid if rows <= GROWTH * fluid else rows)
+        ghosts = found.ghosts[first:last].sum()
+        images = rows - fluid - ghosts
+        halos = found.rows[first - 1] * (rank > 0) + (found.rows[last] if rank < ranks - 1 else 0)
+        needed = rows + halos + ghosts + 2 * images  # new ones are made while the old ones are still there
+        capacity = room_for(fluid) if needed <= room_for(fluid) else room_for(needed)
         memory[rank] = capacity * _bytes_of_row(scene, layout)
     share = imbalance(found.cost, cuts) / ranks
     waiting = told.max() * (SECONDS_PER_MESSAGE + LATENCY) + sent.max() / BANDWIDTH + 2 * math.ceil(math.log2(ranks)) * LATENCY
@@ -250,8 +253,8 @@ def print_forecast(scene, ranks):
     out.print(table)
     good = [row.ranks for row in rows if alone / row.step / row.ranks >= GOOD]
     out.print(
-        f"{grid.columns:,} columns of cells, {grid.cell:.3g} m wide; the walls at the ends keep the first {ends[0]} and the last "
-        f"{ends[1]} on a rank each: at most {most:,} ranks. Of those above, up to {good[-1]:,} are used to {GOOD:.0%} or more."
+        f"{grid.columns:,} columns of cells, {grid.cell:.3g} m wide; walls keep the first {ends[0]} and the last {ends[1]} "
+        f"on a rank each: at most {most:,} ranks. Of those above, up to {good[-1]:,} are used to {GOOD:.0%} or more."
     )
     out.print(
         "slabs are cut along x alone: a halo is as large on many ranks as on few, and the load is shared to within a column"

@@ -8,7 +8,6 @@ import itertools
 import json
 import math
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -16,6 +15,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from .. import parallel
 from ..errors import Interrupted, SceneError
 from ..io.folder import output_folder, write_whole
 from ..io.results import Results
@@ -234,7 +234,7 @@ def _run_process(row, place, ranks, children, stopping):
     """Run a row in a process of its own; return its exit code."""
     command = [sys.executable, "-m", "parsph", "run", str(place.scene(row)), "--out", str(place.run_folder(row)), "--overwrite"]
     if ranks > 1:
-        command = [_mpirun(), "-n", str(ranks), *command]
+        command = [parallel.launcher(), "-n", str(ranks), *command]
     with open(place.log(row), "w", encoding="utf-8") as log:
         process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
         children[row.name] = process
@@ -243,15 +243,6 @@ def _run_process(row, place, ranks, children, stopping):
         code = process.wait()
         del children[row.name]
     return code
-
-
-def _mpirun():
-    """Return the launcher: the one beside the interpreter, else the one on the path."""
-    beside = Path(sys.executable).parent / "mpirun"
-    found = str(beside) if beside.exists() else shutil.which("mpirun")
-    if found is None:
-        raise SceneError("no mpirun", where="--ranks", cure="pip install 'parsph[mpi]', or one rank per row")
-    return found
 
 
 def _last_error(log):
