@@ -215,7 +215,7 @@ class Simulation:
         flow moves, and let the observers begin.
         """
         if self.communicator.size > 1:
-            self._share()
+            self.share_columns()
         if self.settling:
             self.settle()
         self.evaluate(self.time)
@@ -226,7 +226,7 @@ class Simulation:
             observer.begin(self)
         self._observe()
 
-    def _share(self):
+    def share_columns(self):
         """Balance before anything moves: what walls cost is known only once all particles are in their cells."""
         with self.timers("balance"):
             for _ in range(self.communicator.size):  # a cut moves at most to the next old one

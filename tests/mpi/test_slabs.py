@@ -7,7 +7,7 @@ from helpers import domain_of, tank, water
 
 import parsph.simulation
 from parsph.columns import Grid
-from parsph.domain import Domain, balanced_cuts
+from parsph.domain import balanced_cuts
 from parsph.domain.domain import end_columns
 from parsph.errors import ParsphError, SceneError
 from parsph.io.snapshots import POINT_DATA, write_snapshot
@@ -193,13 +193,15 @@ def skewed_cuts(communicator):
 
 
 def rebuilt(scene, communicator, cuts):
-    """Build a scene with the given cuts."""
+    """Build a scene with the given cuts, which stay until cuts are moved for the first time."""
     import parsph.scene.build as building
 
     original = building.balanced_cuts
     building.balanced_cuts = lambda *_, **__: tuple(cuts)
     try:
-        return building.build(scene, communicator)
+        simulation = building.build(scene, communicator)
+        simulation.share_columns = lambda: None
+        return simulation
     finally:
         building.balanced_cuts = original
 
@@ -286,14 +288,8 @@ def test_layers_and_shallow_water_are_the_same_on_all_ranks_to_the_bit(communica
     assert alone.observers[0].record().shape[0] > 6
 
 
-@pytest.fixture
-def _still_cuts(monkeypatch):
-    """Cuts stay where a test has put them."""
-    monkeypatch.setattr(Domain, "balance", lambda self: 1.0)
-
-
-@pytest.mark.usefixtures("_still_cuts")
-def test_ranks_without_particles_take_part(communicator):
+def test_ranks_without_particles_take_part(communicator, monkeypatch):
+    monkeypatch.setattr(parsph.simulation, "BALANCE_EVERY", 1000)
     mine = rebuilt(collapse(), communicator, skewed_cuts(communicator))
     mine.run()
     counts = communicator.allgather(len(mine.particles.fluid))
@@ -302,7 +298,6 @@ def test_ranks_without_particles_take_part(communicator):
     assert_same_run(mine, run(collapse(), Communicator()))
 
 
-@pytest.mark.usefixtures("_still_cuts")
 def test_snapshot_of_all_ranks_is_that_of_one(communicator, tmp_path):
     """Through parallel HDF5 where h5py has it, through rank 0 where not; a rank without particles included."""
     scenes = load_scene(tank()), collapse()
