@@ -26,7 +26,8 @@ from .solids import fillings_of, ghosts_of, motions_of
 SECONDS_PER_MESSAGE = 1.0e-5  # what Python and MPI take of a core for a message, both its ends: measured on two ranks
 LATENCY = 2.0e-6  # s, of a cluster's fabric such as InfiniBand: assumed
 BANDWIDTH = 5.0e9  # bytes/s between two ranks: assumed
-BYTES_PER_PROCESS = 2.0e8  # interpreter, libraries, compiled code: measured
+BYTES_PER_PROCESS = 2.3e8  # interpreter, libraries, compiled code: measured
+CORES = 64  # of a node: assumed
 GOOD = 0.8  # efficiency down to which ranks are worth their cores
 ASSUMPTIONS = (
     "the water is where it is at the beginning; cuts follow it as it moves",
@@ -34,6 +35,7 @@ ASSUMPTIONS = (
     f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core (measured), {1e6 * LATENCY:g} microseconds on the "
     f"way and {1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
     "agreeing on the time step takes 2 log2(ranks) such latencies; ranks are not disturbed by anything else",
+    f"a node has {CORES} cores, and each rank beside its particles {1e-6 * BYTES_PER_PROCESS:g} MB of interpreter and libraries",
     "gauges, snapshots and balancing are left out",
 )
 
@@ -227,12 +229,10 @@ def print_forecast(scene, ranks):
     out, found, total = console(), census(scene), costs(scene)
     grid, ends = columns_of(scene)
     most = most_ranks(grid.columns, *ends)
-    numbers = [2**k for k in range(ranks.bit_length()) if 2**k < ranks] + [ranks]
-    alone, rows = None, []
-    for number in [number for number in numbers if number <= most]:
-        rows.append(forecast(scene, number, found))
-        alone = alone or rows[0].step
-    names = ("ranks", "columns", "imbalance", "s/step", "speed-up", "efficiency", "messages", "sent", "memory", "whole run")
+    last = min(ranks, most)
+    rows = [forecast(scene, number, found) for number in [*(2**k for k in range(most.bit_length()) if 2**k < last), last]]
+    alone = rows[0].step
+    names = "ranks", "columns", "imbalance", "s/step", "speed-up", "efficiency", "messages", "sent", "memory", "a node's", "run"
     table = Table(*names, title="each rank, a step (messages, bytes, memory: of the rank with the most)", title_justify="left")
     for column in table.columns:
         column.justify = "right"
@@ -248,6 +248,7 @@ def print_forecast(scene, ranks):
             f"{row.messages[1]:g}",
             size_text(row.bytes[1]),
             size_text(row.memory + BYTES_PER_PROCESS),
+            size_text(min(row.ranks, CORES) * (row.memory + BYTES_PER_PROCESS)),
             duration(row.step * total["steps"]),
         )
     out.print(table)
