@@ -102,10 +102,11 @@ def test_scaling_measures_what_is_forecast_and_writes_table_and_plot(tmp_path, m
     for row in rows:
         assert row["messages"] == row["expected messages"]
         assert row["bytes"] == pytest.approx(row["expected bytes"], rel=0.15)
+        assert row["memory"] == pytest.approx(row["expected memory"], rel=0.15)
         assert (row["messages"] > 0) == (row["ranks"] > 1)
         assert (row["s/step"] is None) == (row["ranks"] == 3)
         assert row["efficiency"] == (1.0 if row["ranks"] == 1 else row["efficiency"])
-    assert rows[0]["particles"] == rows[2]["particles"] == rows[4]["particles"]
+    assert rows[0]["particles"] == rows[1]["particles"] == rows[2]["particles"]
     assert rows[5]["particles"] == 3 * rows[3]["particles"]
     with open(tmp_path / "out" / "scaling.csv", newline="", encoding="utf-8") as file:
         table = list(csv.DictReader(file))

@@ -35,7 +35,7 @@ ASSUMPTIONS = (
     f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core (measured), {1e6 * LATENCY:g} microseconds on the "
     f"way and {1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
     "agreeing on the time step takes 2 log2(ranks) such latencies; ranks are not disturbed by anything else",
-    f"a node has {CORES} cores, and each rank beside its particles {1e-6 * BYTES_PER_PROCESS:g} MB of interpreter and libraries",
+    f"a node has {CORES} cores; beside its particles a rank has {1e-6 * BYTES_PER_PROCESS:g} MB of interpreter and libraries",
     "gauges, snapshots and balancing are left out",
 )
 
