@@ -1,5 +1,7 @@
 """What ranks tell each other in a step, and how evenly they share the work."""
 
+from statistics import fmean
+
 from .progress import size_text
 
 
@@ -24,7 +26,7 @@ def traffic(simulation):
 
 
 def _mean_and_largest(values):
-    return {"mean": sum(values) / len(values), "largest": max(values)}
+    return {"mean": fmean(values), "largest": max(values)}
 
 
 def traffic_text(summary):
