@@ -77,7 +77,7 @@ class ProgressLog(Observer):
             return
         print(
             f"t = {t:9.4f} s  {100 * t / self.end if self.end else 100:5.1f} %  step {steps:8d}  "
-            f"dt {simulation.last_dt:.2e} s  {text}  imbalance {simulation.imbalance:.2f}  "
+            f"dt {simulation.last_dt:.2e} s  {text}  imbalance {simulation.imbalance.last:.2f}  "
             f"kinetic {energies[1]:.4g} J  eta {duration(left)}",
             flush=True,
         )

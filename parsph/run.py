@@ -30,6 +30,7 @@ from .scene.movers import expected_height
 from .scene.plan import costs
 from .scene.solids import fillings_of
 from .scene.zones import relaxed_height
+from .traffic import traffic, traffic_text
 from .walls import INTERPOLATORS
 
 STARTED = time.monotonic()  # a wall time counts from when the process began
@@ -168,7 +169,7 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
         compiled = load_code(scene, communicator)
         loading = time.perf_counter() - loading
         simulation = build(scene, communicator, folder, checkpoint)
-        account = Account(simulation, checkpoint.totals if checkpoint else {})
+        account = Account(simulation, checkpoint)
         log = ProgressLog(scene.log_interval, scene.time.end)
         saved = scene.output.checkpoints.every, scene.time.walltime, STARTED
         simulation.observers += [log, Checkpoints(folder, scene_text(scene), *saved, signals, account.totals)]
@@ -183,7 +184,7 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
             simulation.run()
         finally:
             log.close()
-    summary = _summary(scene, simulation, folder, name, account.totals(), log.total)
+    summary = _summary(scene, simulation, folder, name, account, log.total)
     communicator.on_root(lambda: _close(folder, summary))
     _print_end(simulation, summary)
     return Finished(simulation, folder, summary)
@@ -191,10 +192,8 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
 
 def _close(folder, summary):
     files = [path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(".")]
-    summary["files"], summary["bytes written"] = (
-        1 + len(files),
-        sum(path.stat().st_size for path in files),
-    )  # 1: the summary itself
+    summary["files"] = 1 + len(files)  # and the summary itself
+    summary["bytes written"] = sum(path.stat().st_size for path in files)
     write_whole(folder / SUMMARY_FILE, json.dumps(summary, indent=1))  # its presence says that the run has finished
 
 
@@ -204,26 +203,20 @@ class Account:
     Parameters
     ----------
     simulation : Simulation
-    earlier : dict
-        What `totals` said when the part before ended.
+    checkpoint : Checkpoint or None
+        What the run goes on from.
     """
 
-    def __init__(self, simulation, earlier):
-        self.simulation, self.earlier = simulation, earlier
+    def __init__(self, simulation, checkpoint):
+        self.simulation = simulation
+        self.earlier, self.first_step = (checkpoint.totals, checkpoint.step) if checkpoint else ({}, 0)
         self._begin = time.perf_counter(), time.process_time()
 
     def totals(self):
         """Return numbers, and lists and dicts of them, by name; collective."""
         simulation, comm = self.simulation, self.simulation.communicator
         wall, processor = time.perf_counter() - self._begin[0], time.process_time() - self._begin[1]
-        exchange = simulation.domain.exchange
-        mine = {
-            "cpu [s]": processor,
-            "core seconds": wall,
-            "messages": exchange.messages,
-            "bytes sent": exchange.bytes,
-            **_counts(simulation),
-        }
+        mine = {"cpu [s]": processor, "core seconds": wall, **_counts(simulation)}
         now = reduce(_sum, comm.allgather(mine))
         return _sum(self.earlier, {"parts": 1, "wall [s]": wall, **now})
 
@@ -329,9 +322,9 @@ def _print_ranks(simulation):
             print(f"  rank {rank}: {line}", flush=True)
 
 
-def _summary(scene, simulation, folder, name, totals, particles):
-    comm = simulation.communicator
-    evaluations, steps = particles * simulation.evaluations, max(simulation.steps, 1)
+def _summary(scene, simulation, folder, name, account, particles):
+    comm, totals = simulation.communicator, account.totals()
+    evaluations = particles * simulation.evaluations
     summary = {
         "scene": name,
         "version": __version__,
@@ -344,11 +337,11 @@ def _summary(scene, simulation, folder, name, totals, particles):
         "cpu [s]": totals["cpu [s]"],
         "evaluations": evaluations,
         "evaluations per second and rank": evaluations / totals["core seconds"],
-        "messages per step": totals["messages"] / steps,
-        "bytes sent per step": totals["bytes sent"] / steps,
         "phases [s]": simulation.timers.over_ranks(comm),
         "folder": str(folder),
     }
+    if comm.size > 1:
+        summary.update(traffic(simulation, simulation.steps - account.first_step))
     walls = _walls_summary(simulation, totals)
     if walls:
         summary["walls"] = walls
@@ -406,6 +399,8 @@ def _print_end(simulation, summary):
         f"{summary['steps']:,} steps, {duration(summary['wall [s]'])}, {rate:.2f} M evaluations/s per core; "
         f"{summary['files']} files, {size_text(summary['bytes written'])} in {summary['folder']}"
     )
+    if "communication" in summary:
+        out.print(traffic_text(summary))
     if "walls" in summary:
         walls, told = summary["walls"], []
         if "ghosts" in walls:

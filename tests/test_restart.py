@@ -99,7 +99,7 @@ def test_a_chain_of_ranks_gives_the_same_bits(whole, copied):
     assert (told["parts"], other["parts"]) == (3, 1)
     assert told["steps"] == other["steps"]
     assert told["evaluations"] == other["evaluations"]
-    assert told["messages per step"] > 0
+    assert told["communication"]["messages"]["mean"] > 0
 
 
 def test_an_interrupted_run_goes_on(whole, tmp_path):

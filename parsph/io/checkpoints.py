@@ -117,7 +117,7 @@ class Checkpoint:
         self._memory = json.loads(text)
         self.totals = self._memory["totals"]
         self.counts = np.array(self._memory["column counts"])
-        self.time = self._memory["simulation"]["time"]
+        self.time, self.step = (self._memory["simulation"][name] for name in ("time", "steps"))
         if self.counts.sum() != self.sizes.sum():
             raise Damaged("its parts have other sizes than when they were written")
 

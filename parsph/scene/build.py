@@ -162,10 +162,16 @@ def cuts_of(scene, ranks):
 
 
 def _cuts(scene, counts, ranks):
+    _, ends = columns_of(scene)
+    return balanced_cuts(counts, ranks, *ends)
+
+
+def columns_of(scene):
+    """Return the grid, and how many columns at its left and right end one rank must own together."""
     motions = motions_of(scene)
     grid, _ = grid_of(scene, motions)
     bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene, motions)]
-    return balanced_cuts(counts, ranks, *end_columns(grid, bands))
+    return grid, end_columns(grid, bands)
 
 
 def state_of(scene):

@@ -59,26 +59,26 @@ class Lattice:
     def _per_line(self):
         return self.count // self.shape[0] if self.shape[0] else 0
 
-    def _x(self):
-        """Return the x of each line of particles [m], shape (shape[0],)."""
-        return self.low[0] + self.step[0] * (np.arange(self.shape[0]) + 0.5)
+    @property
+    def axes(self):
+        """Coordinates of the particles along each axis [m], a list of arrays."""
+        return [low + step * (np.arange(n) + 0.5) for low, step, n in zip(self.low, self.step, self.shape, strict=True)]
 
     def column_counts(self, grid):
         """Return the number of particles in each column of a grid."""
         counts = np.zeros(grid.columns)
-        np.add.at(counts, grid.column_of(self._x()), self._per_line)
+        np.add.at(counts, grid.column_of(self.axes[0]), self._per_line)
         return counts
 
     def between(self, grid, first, last):
         """Return (numbers, positions [m]) of the particles in the columns ``first:last`` of a grid."""
-        columns = grid.column_of(self._x())
+        columns = grid.column_of(self.axes[0])
         return self.lines((columns >= first) & (columns < last))
 
     def lines(self, chosen):
         """Return (numbers, positions [m]) of the particles of the lines where `chosen` is true."""
-        axes = [self._x()[chosen]]
-        for low, step, n in zip(self.low[1:], self.step[1:], self.shape[1:], strict=True):
-            axes.append(low + step * (np.arange(n) + 0.5))
+        x, *others = self.axes
+        axes = [x[chosen], *others]
         position = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
         first = np.flatnonzero(chosen) * self._per_line
         return (first[:, None] + np.arange(self._per_line)).ravel(), position

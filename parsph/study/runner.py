@@ -18,7 +18,7 @@ from ..errors import Interrupted, SceneError, Unfinished
 from ..io.checkpoints import has_checkpoint
 from ..io.folder import output_folder, write_whole
 from ..io.results import Results
-from ..parallel import parsph_command
+from ..parallel import python_command
 from ..progress import console, duration
 from ..run import resume, run
 from ..scene.load import scene_text
@@ -241,7 +241,7 @@ def _run_process(row, place, ranks, children, stopping):
     """Run a row in a process of its own; return its exit code."""
     folder = str(place.run_folder(row))
     wanted = ["resume", folder] if place.begun(row) else ["run", str(place.scene(row)), "--out", folder, "--overwrite"]
-    command = parsph_command(*wanted, ranks=ranks)
+    command = python_command("-m", "parsph", *wanted, ranks=ranks)
     with open(place.log(row), "w", encoding="utf-8") as log:
         process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
         children[row.name] = process

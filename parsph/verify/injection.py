@@ -16,7 +16,7 @@ import numpy as np
 
 from ..io import checkpoints, polydata
 from ..io.tables import Table
-from ..parallel import parsph_command
+from ..parallel import python_command
 from ..simulation import Simulation
 
 STEP = 60
@@ -250,7 +250,7 @@ def second_job():
         if simulation.steps == STEP and simulation.communicator.rank == 0:
             folder = next(observer.folder for observer in simulation.observers if hasattr(observer, "written"))
             environment = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "MPI", "HYD"))}
-            command = parsph_command("resume", folder)
+            command = python_command("-m", "parsph", "resume", folder)
             found = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
             if found.returncode != 2 or "is in use" not in found.stderr:
                 raise RuntimeError(f"the second job ended with {found.returncode}: {found.stderr}")

@@ -4,7 +4,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -12,7 +11,7 @@ from pathlib import Path
 from ..errors import Unfinished
 from ..io.checkpoints import Checkpoint, folder_of, write_checkpoint
 from ..io.comparison import contents, differences
-from ..parallel import Communicator, parsph_command
+from ..parallel import Communicator, python_command
 from ..scene.build import build
 from ..scene.load import load_scene
 from .injection import FAULTS
@@ -58,9 +57,7 @@ def survive(name, folder, whole, ranks=2, later_ranks=3):
     """
     _, codes = FAULTS[name]
     wanted = pool(folder, output__checkpoints__every=0.001, time__walltime=3600)
-    command = parsph_command(*wanted, ranks=ranks)
-    module = command.index("parsph")
-    command[module - 1 : module + 1] = ["-c", "from parsph.verify.injection import main; main()", name]
+    command = python_command("-c", "from parsph.verify.injection import main; main()", name, *wanted, ranks=ranks)
     code, said = ended(command)
     if code is None:
         return ["it hangs"]
@@ -73,7 +70,7 @@ def survive(name, folder, whole, ranks=2, later_ranks=3):
         shutil.move(folder.with_name("gone"), folder)
     folder.with_name("filler").unlink(missing_ok=True)
     found += lost(folder, whole)
-    code, said = ended(parsph_command("resume", folder, ranks=later_ranks))
+    code, said = ended(python_command("-m", "parsph", "resume", folder, ranks=later_ranks))
     if code != 0:
         return [*found, f"going on ends with {code}: {said[-500:]}"]
     return found + differences(folder, whole)
@@ -116,7 +113,7 @@ def restart(quick):
 
 def run(arguments, ranks, code):
     """Run ``parsph`` with `arguments`; RuntimeError when it does not end with `code`."""
-    found, said = ended(parsph_command(*arguments, ranks=ranks))
+    found, said = ended(python_command("-m", "parsph", *arguments, ranks=ranks))
     if found != code:
         raise RuntimeError(f"parsph {' '.join(map(str, arguments))} ended with {found}, not {code}:\n{said[-2000:]}")
 
@@ -152,7 +149,5 @@ def faults(quick):
         for name in FAULTS:
             found = survive(name, Path(work) / name / "run", whole)
             survived += not found
-            yield f"{name.replace('-', ' ')}: complaints", len(found), "", 0
-            for complaint in found:
-                print(f"{name}: {complaint}", file=sys.stderr)
+            yield ": ".join([f"complaints: {name.replace('-', ' ')}", *found]), len(found), "", 0
         yield f"survived, of {len(FAULTS)}", survived, "", None
