@@ -24,14 +24,8 @@ skip() {
 
 # --- libraries -------------------------------------------------------------------------------------------------------
 
-packages="gcc libc6-dev libhdf5-openmpi-dev openmpi-bin"
-if ! dpkg -s $packages >"$work/log" 2>&1; then
-    command -v apt-get >/dev/null || skip "no apt-get to install $packages with"
-    [ "$(id -u)" = 0 ] || skip "$packages are missing, and only root can install them"
-    export DEBIAN_FRONTEND=noninteractive
-    { timeout 120 apt-get update && timeout 240 apt-get install -y --no-install-recommends $packages; } \
-        >"$work/log" 2>&1 || skip "apt-get could not install $packages"
-fi
+. tests/packages.sh
+need gcc libc6-dev libhdf5-openmpi-dev openmpi-bin
 launcher=$(command -v mpirun.openmpi) || skip "mpirun.openmpi is not on the path"
 
 # --- an environment with a parallel h5py -----------------------------------------------------------------------------
