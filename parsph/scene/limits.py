@@ -130,8 +130,8 @@ def size_doubts(scene):
     doubts, needed, here, step = [], memory_of(scene), memory_here(), step_of(scene)
     if needed > here:
         doubts.append(
-            f"numerics.dx: about {particle_count(scene):.3g} particles need {size_text(needed)} of memory, and this machine has "
-            f"{size_text(here)}; a larger dx, or {math.ceil(needed / here)} such machines"
+            f"numerics.dx: about {particle_count(scene):.3g} particles need {size_text(needed)} of memory, and this machine "
+            f"has {size_text(here)}; a larger dx, or {math.ceil(needed / here)} such machines"
         )
     for key, every in _intervals(scene).items():
         if scene.time.end > every and every < 0.1 * step:
