@@ -31,7 +31,7 @@ from parsph.scene.plan import costs, print_plan
 
 TIMES = int(os.environ.get("PARSPH_FUZZ", "0"))
 INPUTS = {"damaged": 700, "made up": 600, "text": 500, "settings": 500}
-CPU_SECONDS, MEMORY = 20, 1 << 30  # that one input may take, the memory beside what the process has already
+CPU_SECONDS, MEMORY = 60, 1 << 30  # that one input may take, the memory beside what the process has already
 LONGEST_MESSAGE = 100_000  # characters, of a hundred faults
 SMALL = 3000  # particles of scenes that are built too
 NO_DEADLINE = {"deadline": None, "suppress_health_check": list(HealthCheck), "database": None}

@@ -10,6 +10,7 @@ from ..io.tables import table_name
 from ..stepping import INTEGRATORS, VISCOUS_LIMIT, time_step_limit
 from ..walls import REPULSIONS, TREATMENTS
 from .check_waves import body_faults, maker_faults
+from .fields import SMALLEST
 from .limits import MOST_READINGS, size_faults, time_faults
 from .schema import SIDES
 from .solids import ascents_of, fillings_of, polygon_faults, wall_faults
@@ -54,6 +55,9 @@ def _shapes(scene):
         missing = (axis == 1 and scene.dim < 3) or (axis == -1 and scene.dim < 2)
         if getattr(scene.walls, side) is not None and missing:
             faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}", cure="leave it out"))
+    if not faults and not scene.shallow and 0 < scene.depth < SMALLEST:
+        cure = f"a level of at least {SMALLEST:g} m over the lowest point of the fluid"
+        faults.append(SceneError(f"{scene.depth:g} m of water are none", where="fluid.level", cure=cure))
     return faults
 
 
