@@ -13,6 +13,7 @@ from rich.table import Table
 
 from ..domain import balanced_cuts, imbalance, most_ranks
 from ..domain.cost import column_costs
+from ..io.checkpoints import bytes_on_disk
 from ..moments import Correction
 from ..particles import Layout, room_for
 from ..progress import console, duration, size_text
@@ -261,11 +262,11 @@ def print_forecast(scene, ranks):
         "slabs are cut along x alone: a halo is as large on many ranks as on few, and the load is shared to within a column"
     )
     layout = Layout(scene.dim, scene.features)
-    state = size_text(total["particles"] * 8 * (layout.width("shared") + layout.width("private") + 1))
-    out.print(f"a state of all fields in float64: {state}; {total['snapshots']} snapshots: {size_text(total['disk'])}")
+    kept = size_text(total["particles"] * bytes_on_disk(layout))
+    out.print(f"a checkpoint: {kept}; {total['snapshots']} snapshots: {size_text(total['disk'])}")
     out.print(_field_table(scene, layout))
     for assumption in ASSUMPTIONS:
-        out.print(f"assumed: {assumption}", markup=False)
+        out.print(f"assumed: {assumption}")
 
 
 def _field_table(scene, layout):
@@ -273,10 +274,11 @@ def _field_table(scene, layout):
     table = Table("field", "unit", "part", "bytes", title="memory of a particle", title_justify="left")
     state, told = state_of(scene), 0
     for field in layout.fields:
-        size = 2 * 8 * layout.components(field) if field.part in ("shared", "private") else 0  # a sort needs both
-        if size:
-            table.add_row(field.name, state.unit(field).replace("[", "("), f"{field.part}, twice", str(size))
+        size, part = 8 * layout.components(field), field.part
+        if part in ("shared", "private"):  # a sort needs both
+            size, part = 2 * size, f"{part}, twice"
+        table.add_row(field.name, state.unit(field), part, str(size))
         told += size
-    table.add_row("tag, cell, order, rates", "", "", str(_bytes_of_row(scene, layout) - told))
+    table.add_row("tag, cell, order, passes", "", "", str(_bytes_of_row(scene, layout) - told))
     table.add_row("all", "", "", str(_bytes_of_row(scene, layout)))
     return table
