@@ -62,13 +62,13 @@ def census(scene):
     """Return the `Census` of a scene."""
     grid, _ = columns_of(scene)
     motions = motions_of(scene)
-    planes = [[] for _ in range(scene.dim)]  # for each axis: (origin, where its image is, direction in which that lies)
+    planes = [[] for _ in range(scene.dim)]  # of each axis, those that act at once: (origin, its image, way out, sense)
     for wall in walls_of(scene, motions):
         axis = int(np.flatnonzero(wall.normal)[0])
-        plane = wall.point[axis], wall.point[axis], -wall.normal[axis], -1.0
+        plane = [(wall.point[axis], wall.point[axis], -wall.normal[axis], -1.0)]
         planes[axis] += [plane] * (plane not in planes[axis])  # a sill and the plate above it are in one plane
     for border in borders_of(scene):
-        planes[border.axis] += [(border.low, border.high, -1.0, 1.0), (border.high, border.low, 1.0, 1.0)]
+        planes[border.axis].append([(border.low, border.high, -1.0, 1.0), (border.high, border.low, 1.0, 1.0)])
     fluid, rows = np.zeros(grid.shape, int), np.zeros(grid.shape, int)
     for filling in fillings_of(scene):
         for cells, walls in ((fluid, [[]] * scene.dim), (rows, planes)):
@@ -100,11 +100,13 @@ def _cells_of(filling, grid, planes, reach):
 
 def _with_images(points, axis, planes, reach):
     """Return `points` and behind them their images at planes across an axis."""
-    for origin, place, outwards, sense in planes:
-        x = points[:, axis]
-        images = points[(origin - x) * outwards < reach].copy()
-        images[:, axis] = place + sense * (images[:, axis] - origin)
-        points = np.concatenate([points, images])
+    for together in planes:
+        images = []
+        for origin, place, outwards, sense in together:
+            near = points[(origin - points[:, axis]) * outwards < reach].copy()
+            near[:, axis] = place + sense * (near[:, axis] - origin)
+            images.append(near)
+        points = np.concatenate([points, *images])
     return points
 
 
@@ -199,9 +201,9 @@ def forecast(scene, ranks, found=None, step=None):
         imbalance=share * ranks,
         computing=SECONDS_PER_STEP + max(step - SECONDS_PER_STEP, 0.0) * share,
         communicating=waiting,
-        messages=(told.mean(), told.max()),
-        bytes=(sent.mean(), sent.max()),
-        memory=memory.max(),
+        messages=(float(told.mean()), float(told.max())),
+        bytes=(float(sent.mean()), float(sent.max())),
+        memory=float(memory.max()),
     )
 
 
