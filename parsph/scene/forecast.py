@@ -23,7 +23,7 @@ from .lattice import Lattice
 from .plan import SECONDS_PER_STEP, costs
 from .solids import fillings_of, ghosts_of, motions_of
 
-SECONDS_PER_MESSAGE = 1.0e-5  # what Python and MPI take of a core for a message, both its ends: measured on two ranks
+SECONDS_PER_MESSAGE = 1.0e-5  # of a core, both its ends: MPI's part was measured, 3e-6 to 5e-6; Python's is assumed as much
 LATENCY = 2.0e-6  # s, of a cluster's fabric such as InfiniBand: assumed
 BANDWIDTH = 5.0e9  # bytes/s between two ranks: assumed
 BYTES_PER_PROCESS = 2.3e8  # interpreter, libraries, compiled code: measured
@@ -32,8 +32,8 @@ GOOD = 0.8  # efficiency down to which ranks are worth their cores
 ASSUMPTIONS = (
     "the water is where it is at the beginning; cuts follow it as it moves",
     "every core is as fast as the one that was measured, also when all cores of its node work: no limit of memory bandwidth",
-    f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core (measured), {1e6 * LATENCY:g} microseconds on the "
-    f"way and {1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
+    f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core, {1e6 * LATENCY:g} microseconds on the way and "
+    f"{1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
     "agreeing on the time step takes 2 log2(ranks) such latencies; ranks are not disturbed by anything else",
     f"a node has {CORES} cores; beside its particles a rank has {1e-6 * BYTES_PER_PROCESS:g} MB of interpreter and libraries",
     "gauges, snapshots and balancing are left out",
