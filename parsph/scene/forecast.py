@@ -24,7 +24,7 @@ from .lattice import Lattice
 from .plan import SECONDS_PER_STEP, costs
 from .solids import fillings_of, ghosts_of, motions_of
 
-SECONDS_PER_MESSAGE = 1.0e-5  # what Python and MPI take of a core for a message, both its ends: measured on two ranks
+SECONDS_PER_MESSAGE = 1.0e-5  # of a core, both its ends: MPI's part was measured, 3e-6 to 5e-6; Python's is assumed as much
 LATENCY = 2.0e-6  # s, of a cluster's fabric such as InfiniBand: assumed
 BANDWIDTH = 5.0e9  # bytes/s between two ranks: assumed
 BYTES_PER_PROCESS = 2.3e8  # interpreter, libraries, compiled code: measured
@@ -33,8 +33,8 @@ GOOD = 0.8  # efficiency down to which ranks are worth their cores
 ASSUMPTIONS = (
     "the water is where it is at the beginning; cuts follow it as it moves",
     "every core is as fast as the one that was measured, also when all cores of its node work: no limit of memory bandwidth",
-    f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core (measured), {1e6 * LATENCY:g} microseconds on the "
-    f"way and {1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
+    f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core, {1e6 * LATENCY:g} microseconds on the way and "
+    f"{1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
     "agreeing on the time step takes 2 log2(ranks) such latencies; ranks are not disturbed by anything else",
     f"a node has {CORES} cores; beside its particles a rank has {1e-6 * BYTES_PER_PROCESS:g} MB of interpreter and libraries",
     "gauges, snapshots and balancing are left out",
@@ -63,13 +63,13 @@ def census(scene):
     """Return the `Census` of a scene."""
     grid, _ = columns_of(scene)
     motions = motions_of(scene)
-    planes = [[] for _ in range(scene.dim)]  # for each axis: (origin, where its image is, direction in which that lies)
+    planes = [[] for _ in range(scene.dim)]  # of each axis, those that act at once: (origin, its image, way out, sense)
     for wall in walls_of(scene, motions):
         axis = int(np.flatnonzero(wall.normal)[0])
-        plane = wall.point[axis], wall.point[axis], -wall.normal[axis], -1.0
+        plane = [(wall.point[axis], wall.point[axis], -wall.normal[axis], -1.0)]
         planes[axis] += [plane] * (plane not in planes[axis])  # a sill and the plate above it are in one plane
     for border in borders_of(scene):
-        planes[border.axis] += [(border.low, border.high, -1.0, 1.0), (border.high, border.low, 1.0, 1.0)]
+        planes[border.axis].append([(border.low, border.high, -1.0, 1.0), (border.high, border.low, 1.0, 1.0)])
     fluid, rows = np.zeros(grid.shape, int), np.zeros(grid.shape, int)
     for filling in fillings_of(scene):
         for cells, walls in ((fluid, [[]] * scene.dim), (rows, planes)):
@@ -101,11 +101,13 @@ def _cells_of(filling, grid, planes, reach):
 
 def _with_images(points, axis, planes, reach):
     """Return `points` and behind them their images at planes across an axis."""
-    for origin, place, outwards, sense in planes:
-        x = points[:, axis]
-        images = points[(origin - x) * outwards < reach].copy()
-        images[:, axis] = place + sense * (images[:, axis] - origin)
-        points = np.concatenate([points, images])
+    for together in planes:
+        images = []
+        for origin, place, outwards, sense in together:
+            near = points[(origin - points[:, axis]) * outwards < reach].copy()
+            near[:, axis] = place + sense * (near[:, axis] - origin)
+            images.append(near)
+        points = np.concatenate([points, *images])
     return points
 
 
@@ -200,9 +202,9 @@ def forecast(scene, ranks, found=None, step=None):
         imbalance=share * ranks,
         computing=SECONDS_PER_STEP + max(step - SECONDS_PER_STEP, 0.0) * share,
         communicating=waiting,
-        messages=(told.mean(), told.max()),
-        bytes=(sent.mean(), sent.max()),
-        memory=memory.max(),
+        messages=(float(told.mean()), float(told.max())),
+        bytes=(float(sent.mean()), float(sent.max())),
+        memory=float(memory.max()),
     )
 
 
