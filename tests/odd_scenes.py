@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 import tomllib
 import types
 import typing
@@ -77,7 +78,15 @@ def at(keys, path):
     return keys
 
 
-TEXT_OF = {name: (BUILTIN / f"{name}.toml").read_text(encoding="utf-8") for name in builtin_names()}
+def coarse_text(name):
+    """The text of a built-in scene, with larger particles where there are walls to look at."""
+    text = (BUILTIN / f"{name}.toml").read_text(encoding="utf-8")
+    if "polygons" not in text and "treatment" not in text:
+        return text
+    return re.sub(r"^dx = (.*)$", lambda found: f"dx = {2.5 * float(found[1].split()[0]):g}", text, flags=re.MULTILINE)
+
+
+TEXT_OF = {name: coarse_text(name) for name in builtin_names()}
 BASES = {name: tomllib.loads(text) for name, text in TEXT_OF.items()}
 VALUES = {}  # by key, of all scenes with their defaults
 for _name in BASES:
