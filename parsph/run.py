@@ -77,7 +77,7 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     communicator = communicator or parallel.start()
     scene = load_scene(source, overrides)
     refuse_too_large(scene, communicator)
-    cuts_of(scene, communicator.size)  # whatever speaks against it must do so before a folder is made
+    cuts_of(scene, communicator.size, communicator)  # whatever speaks against it must do so before a folder is made
     name = scene_name(source)
     folder = communicator.on_root(lambda: output_folder(name, out, overwrite))
     with _claimed(folder, communicator):
@@ -113,7 +113,7 @@ def resume(folder, overrides=(), ranks_info=False, communicator=None):
     results = Results(folder)
     scene, name = _continued(results, overrides), results.name
     refuse_too_large(scene, communicator)
-    cuts_of(scene, communicator.size)
+    cuts_of(scene, communicator.size, communicator)
     with _claimed(results.folder, communicator):
         checkpoint, damages = latest(results.folder, communicator)
         if communicator.rank == 0:

@@ -93,10 +93,12 @@ def _cells_of(filling, grid, planes, reach):
             index = np.floor((_with_images(x[:, None], 0, walls, reach)[:, 0] - low) / grid.cell).astype(int)
             counts.append(np.bincount(np.clip(index, 0, cells - 1), minlength=cells))
         return reduce(np.multiply.outer, counts)
-    points = filling.position
-    for axis, walls in enumerate(planes):
-        points = _with_images(points, axis, walls, reach)
-    return _counted(points, grid)
+    cells = np.zeros(grid.shape, int)
+    for _, _, points in filling.blocks():
+        for axis, walls in enumerate(planes):
+            points = _with_images(points, axis, walls, reach)
+        cells += _counted(points, grid)
+    return cells
 
 
 def _with_images(points, axis, planes, reach):

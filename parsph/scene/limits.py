@@ -21,7 +21,6 @@ MOST_SNAPSHOTS = 1e6
 MOST_READINGS = 10_000  # points that one pressure gauge averages over
 GROWTH = 1.15  # arrays have more room than particles
 BYTES_PER_CELL = 17
-BYTES_OF_FILLING = 64  # of each place in a block that is no plain lattice, on every rank, while the run is set up
 
 
 def box_count(block, dx):
@@ -50,11 +49,10 @@ def cell_count(scene):
     return math.prod(extent / scene.reach + 4 for extent in extents)
 
 
-def memory_of(scene, ranks=1):
+def memory_of(scene):
     """Return the bytes of memory that a scene needs at least, on all ranks together."""
     row = GROWTH * Layout(scene.dim, scene.features).bytes_per_particle()
-    placed = [box_count(block, scene.numerics.dx) for block in scene.fluid.blocks if scene.lines or block.points]
-    return row * particle_count(scene) + ranks * BYTES_OF_FILLING * sum(placed) + BYTES_PER_CELL * cell_count(scene)
+    return row * particle_count(scene) + BYTES_PER_CELL * cell_count(scene)
 
 
 def size_faults(scene):
@@ -148,7 +146,7 @@ def refuse_too_large(scene, communicator):
         With what it needs, what there is, and what would fit.
     """
     machines = communicator.allgather(communicator.node_rank).count(0)
-    needed, here = memory_of(scene, communicator.size), communicator.minimum(memory_here())
+    needed, here = memory_of(scene), communicator.minimum(memory_here())
     if needed > machines * here:
         what = f"about {particle_count(scene):.3g} particles at {scene.numerics.dx:g} m need {size_text(needed)} of memory"
         why = f"{machines} machine(s) with {size_text(here)} run it"
