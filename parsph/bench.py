@@ -16,6 +16,7 @@ from .parallel import Communicator
 from .progress import console
 from .scene.build import build
 from .scene.load import load_scene
+from .scene.plan import costs
 from .walls import INTERPOLATORS
 
 H_OVER_DX = (1.3, 1.7, 2.0)
@@ -58,14 +59,14 @@ def plain_loop(position, velocity, density, pressure, mass, starts, shape, h, nu
                 acceleration[i, 0], acceleration[i, 1], rate[i] = ax, ay + gravity, drho
 
 
-def bench_scene(particles, h_over_dx, precision):
-    """Return a square tank with about so many particles, all terms of a wave run on."""
+def bench_scene(particles, h_over_dx, precision, squares=1):
+    """Return a tank of so many squares in a row, each with about so many particles, all terms of a wave run on."""
     side = max(8, round(math.sqrt(particles)))
-    dx = 1.0 / side
+    dx, length = 1.0 / side, float(squares)
     return load_scene(
         {
-            "domain": {"size": [1.0, 1.2]},
-            "fluid": {"blocks": [{"low": [0.0, 0.0], "high": [1.0, 1.0]}]},
+            "domain": {"size": [length, 1.2]},
+            "fluid": {"blocks": [{"low": [0.0, 0.0], "high": [length, 1.0]}]},
             "walls": {"left": {}, "right": {}, "bottom": {}},
             "numerics": {
                 "dx": dx,
@@ -80,15 +81,15 @@ def bench_scene(particles, h_over_dx, precision):
     )
 
 
-def jittered(scene):
-    """Return the simulation of a scene with its particles displaced and moving at random, ready to step."""
-    simulation = build(scene, Communicator())
+def jittered(scene, communicator=None, speed=0.02):
+    """Return the simulation of a scene with its particles displaced and moving at random, at `speed` over c0, ready to step."""
+    simulation = build(scene, communicator or Communicator())
     p = simulation.particles
     generator = np.random.default_rng(SEED)
     rows, dim = slice(p.first, p.last), scene.dim
-    shape = p.last - p.first, dim
-    p.shared[rows, :dim] += generator.uniform(-JITTER, JITTER, shape) * scene.numerics.dx
-    p.shared[rows, dim : 2 * dim] = generator.normal(0.0, 0.02 * scene.c0, shape)
+    mine, shape = p.tags[rows], (costs(scene)["particles"], dim)  # the same for all numbers of ranks
+    p.shared[rows, :dim] += generator.uniform(-JITTER, JITTER, shape)[mine] * scene.numerics.dx
+    p.shared[rows, dim : 2 * dim] = generator.normal(0.0, speed * scene.c0, shape)[mine]
     simulation.prepare()
     return simulation
 

@@ -90,7 +90,7 @@ def list_scenes():
 
     names = builtin_names()
     for name in names:
-        console().print(f"{name:{max(map(len, names))}s}  {load_scene(name).title}", markup=False)
+        console().print(f"{name:{max(map(len, names))}s}  {load_scene(name).title}")
 
 
 @app.command()
@@ -105,12 +105,21 @@ def check(scene: SceneName, set_: Settings = None):
 
 
 @app.command()
-def plan(scene: SceneName = "pool", set_: Settings = None):
+def plan(
+    scene: SceneName = "pool",
+    set_: Settings = None,
+    ranks: Annotated[int | None, typer.Option(min=1, help="What it will need on up to so many ranks as well.")] = None,
+):
     """Print what a scene will model, with equations and sources, what it leaves out, and what it will cost."""
     from .scene.load import load_scene
     from .scene.plan import print_plan
 
-    print_plan(load_scene(scene, set_), scene)
+    declared = load_scene(scene, set_)
+    print_plan(declared, scene)
+    if ranks:
+        from .scene.forecast import print_forecast
+
+        print_forecast(declared, ranks)
 
 
 @app.command()
@@ -289,19 +298,31 @@ def waves(
     table = Table("quantity", "value", "unit")
     for quantity, value, unit in rows:
         table.add_row(quantity, value if isinstance(value, str) else f"{value:.5g}", unit)
-    console().print(table, markup=False)
+    console().print(table)
 
 
 @app.command()
 def bench(
     json_file: JsonFile = None,
-    particles: Annotated[int, typer.Option(min=1000, help="Number of particles.")] = 100_000,
-    repeats: Annotated[int, typer.Option(min=1, help="The fastest of so many repeats counts.")] = 7,
+    particles: Annotated[int | None, typer.Option(min=1000, help="Default: 100,000; with --scaling 200,000.")] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="The fastest of so many counts; with --scaling the median.")] = 7,
+    scaling: Annotated[bool, typer.Option("--scaling", help="Strong and weak scaling over ranks instead.")] = False,
+    ranks: Annotated[str | None, typer.Option(metavar="N,...", help="Of --scaling. Default: 1, 2, 4 ... cores.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of --scaling. Default: bench/scaling-NNN.")] = None,
 ):
-    """Measure the speed of the neighbour loop and of a whole step on one core, against a textbook loop."""
+    """Measure the speed of the neighbour loop and of a whole step on one core, against a textbook loop.
+
+    With --scaling: whole steps on several ranks, which it starts itself, in a table and a plot.
+    """
+    if scaling:
+        from .scaling import ranks_of
+        from .scaling import scaling as run_scaling
+
+        run_scaling(ranks_of(ranks), particles or 200_000, repeats, out)
+        return
     from .bench import bench as run_bench
 
-    run_bench(json_file, particles, repeats)
+    run_bench(json_file, particles or 100_000, repeats)
 
 
 @app.command()

@@ -87,3 +87,17 @@ def did_you_mean(word, choices):
     """Return "did you mean 'x'? " for the choice nearest to `word`, empty when none is near."""
     near = difflib.get_close_matches(str(word), list(choices), 1)
     return f"did you mean {near[0]!r}? " if near else ""
+
+
+def shortened(text, most=80):
+    """Return a text of the user's on one line, its middle left out where it is long."""
+    text = text if text.isprintable() else repr(text)[1:-1]
+    return text if len(text) <= most else f"{text[: most // 2]} ... {text[-most // 4 :]}"
+
+
+def shown(value):
+    """Return a value of the user's as it would be written, in short."""
+    try:
+        return shortened(repr(value))
+    except ValueError:  # Python writes no numbers of more than some thousands of digits
+        return "a number of thousands of digits"

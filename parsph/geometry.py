@@ -24,6 +24,9 @@ from shapely.geometry import LineString, Polygon
 from .errors import SceneError
 
 PUSHES = 200
+COINCIDENT = 1e-12  # m: points nearer to each other are one
+CLOSE = 1.1  # over the distance at which points are moved: round ends are drawn by chords, a little too thin
+LARGEST_TABLE = 1_000_000  # points times edges that are looked at together
 CROWDED = 0.35  # spacings: ghosts nearer to each other are one
 SHARP_TURN = math.radians(20)  # bends beyond it are corners; below, the line is round
 STRAIGHT = 0.9  # cosine of the angle up to which a line goes on in another
@@ -83,7 +86,7 @@ def outline_faults(outline, where, size):
             faults.append(SceneError("lies outside the domain", where=f"{where}.points.{number}", why=why, cure=cure))
     following = np.roll(points, -1, axis=0) if outline.closed else points[1:]
     for number, (a, b) in enumerate(zip(points, following, strict=False)):
-        if np.array_equal(a, b):
+        if math.dist(a, b) <= COINCIDENT:
             cure = "leave one out; a polygon closes itself"
             faults.append(SceneError("equals the next point", where=f"{where}.points.{number}", cure=cure))
     if faults:
@@ -281,12 +284,17 @@ class Boundary:
         position = np.concatenate([points for points, _ in rings])
         volume = np.concatenate([lengths * self.dx for _, lengths in rings])
         position, volume = _merged(position, volume, self.dx)
-        feet, distance = _feet(position, self.edges)
-        near = distance.min(axis=1) < (layers * self.dx if layers else self.reach)
-        position, volume, feet, distance = position[near], volume[near], feet[near], distance[near]
-        ways = [self._way(*each) for each in zip(position, feet, distance, strict=True)]
+        deepest = layers * self.dx if layers else self.reach
+        ways, near, part = [], [], []
+        for some in _parts(len(position), len(self.edges)):
+            feet, distance = _feet(position[some], self.edges)
+            close = distance.min(axis=1) < deepest
+            near.append(close)
+            part.append(self.part[distance[close].argmin(axis=1)])
+            ways += map(self._way, position[some][close], feet[close], distance[close])
+        near = np.concatenate(near)
         mirror, direction, through = (np.array(values) for values in zip(*ways, strict=True))
-        return Ghosts(position, mirror, direction, through, volume, self.part[distance.argmin(axis=1)])
+        return Ghosts(position[near], mirror, direction, through, volume[near], np.concatenate(part))
 
     def _inset_rings(self, depth):
         """Return the lines at a `depth` [m] inside the solid, those in the middle of solids twice as thick among them."""
@@ -317,33 +325,41 @@ class Boundary:
         """Return how far a ray from a point of the wall runs through the fluid [m], up to the next wall or for ever."""
         if self.solid.contains(shapely.Point(start + 1e-3 * self.dx * direction)):
             return 0.0
-        hits, _ = self._hits(start, direction)
-        return float(hits.min())
+        ways, _ = self._hits(start[None], direction[None])
+        return float(ways[0])
 
-    def _hits(self, start, direction):
-        """Return at which distance [m] a ray meets each edge, shape (n,), inf for never, and the edge that comes first."""
-        begin, along = self.edges[:, 0] - start, self.edges[:, 1] - self.edges[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            across = _cross(np.asarray(direction), along)
-            way, place = _cross(begin, along) / across, _cross(begin, np.asarray(direction)) / across
-        met = (way > 10 * self._tolerance) & (place >= -1e-9) & (place <= 1 + 1e-9)
-        way = np.where(met, way, math.inf)
-        return way, int(way.argmin())
+    def _hits(self, starts, directions):
+        """Return at which distance [m] rays first meet an edge, inf for never, and which, all of shape (n,)."""
+        ways, others = np.full(len(starts), math.inf), np.zeros(len(starts), int)
+        along = self.edges[:, 1] - self.edges[:, 0]
+        for some in _parts(len(starts), len(self.edges)):
+            begin, direction = self.edges[:, 0] - starts[some, None], directions[some, None]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                across = _cross(direction, along)
+                way, place = _cross(begin, along) / across, _cross(begin, direction) / across
+            met = (way > 10 * self._tolerance) & (place >= -1e-9) & (place <= 1 + 1e-9)
+            way = np.where(met, way, math.inf)
+            others[some] = way.argmin(axis=1)
+            ways[some] = way.min(axis=1)
+        return ways, others
 
     def pushed_off(self, points, gap):
         """Return `points`, shape (n, 2), those nearer to a wall than `gap` moved away from it [m]."""
         points, lines = points.copy(), shapely.MultiLineString([LineString(edge) for edge in self.edges])
+        close = np.flatnonzero(contains(lines.buffer(CLOSE * gap), points))  # much faster than distances, which few points need
         for _ in range(PUSHES):  # what moves off one wall of a corner may come near the other
-            near = np.flatnonzero(shapely.distance(lines, shapely.points(points)) < (1 - 1e-9) * gap)
+            near = close[shapely.distance(lines, shapely.points(points[close])) < (1 - 1e-9) * gap]
             if not len(near):
                 break
-            feet, distance = _feet(points[near], self.edges)
-            nearest, rows = distance.argmin(axis=1), np.arange(len(near))
-            foot, away = feet[rows, nearest], distance[rows, nearest][:, None]
-            direction = np.where(
-                away > self._tolerance, (points[near] - foot) / np.maximum(away, self._tolerance), self.normals[nearest]
-            )
-            points[near] = foot + gap * direction
+            for some in _parts(len(near), len(self.edges)):
+                own = near[some]
+                feet, distance = _feet(points[own], self.edges)
+                nearest, rows = distance.argmin(axis=1), np.arange(len(own))
+                foot, away = feet[rows, nearest], distance[rows, nearest][:, None]
+                direction = np.where(
+                    away > self._tolerance, (points[own] - foot) / np.maximum(away, self._tolerance), self.normals[nearest]
+                )
+                points[own] = foot + gap * direction
         return points
 
     # --- surface and faults -----------------------------------------------------------------------------------------
@@ -372,24 +388,22 @@ class Boundary:
         faults = []
         for number, outline in self.outlines.items():
             points, normals, _ = self.elements(number)
-            for point, normal in zip(points, normals, strict=True):
-                vertex = f"{where[number]}.points.{outline.nearest_vertex(point)}"
-                for direction, least, what, why in (
-                    (-normal, self.reach, "the wall is", "ghost particles of one side would act on the fluid at the other"),
-                    (normal, 2 * self.dx, "the gap to the next wall is", "it needs two particles across"),
-                ):
-                    ways, other = self._hits(point, direction)
-                    if (
-                        ways[other] < (1 - 1e-9) * least
-                        and self.normals[other] @ normal < -0.5
-                        and not self._adjacent(point, other)
-                    ):
-                        cure = f"at least {least:.4g} m there, or a smaller numerics.dx"
-                        faults.append(SceneError(f"{what} {ways[other]:.4g} m near this point", vertex, why, cure))
-                        break
-                else:
-                    continue
-                break
+            found = []
+            for way, least, what, why in (
+                (-1.0, self.reach, "the wall is", "ghost particles of one side would act on the fluid at the other"),
+                (1.0, 2 * self.dx, "the gap to the next wall is", "it needs two particles across"),
+            ):
+                width, other = self._hits(points, way * normals)
+                facing = (self.normals[other] * normals).sum(axis=1) < -0.5
+                near = np.flatnonzero((width < (1 - 1e-9) * least) & facing)
+                row = next((row for row in near if not self._adjacent(points[row], other[row])), None)
+                if row is not None:
+                    cure = f"at least {least:.4g} m there, or a smaller numerics.dx"
+                    found.append((row, f"{what} {width[row]:.4g} m near this point", why, cure))
+            if found:
+                row, *told = min(found, key=lambda each: each[0])
+                vertex = f"{where[number]}.points.{outline.nearest_vertex(points[row])}"
+                faults.append(SceneError(told[0], vertex, *told[1:]))
         return faults
 
     def behind(self, number, shape):
@@ -471,6 +485,12 @@ def _feet(points, edges):
     place = ((points[:, None] - start) * along).sum(axis=2) / (along**2).sum(axis=1)
     feet = start + np.clip(place, 0.0, 1.0)[:, :, None] * along
     return feet, np.linalg.norm(points[:, None] - feet, axis=2)
+
+
+def _parts(count, edges):
+    """Return slices of `count` points such that a part of them and all `edges` make a table of a bounded size."""
+    length = max(1, LARGEST_TABLE // max(edges, 1))
+    return [slice(first, first + length) for first in range(0, count, length)]
 
 
 def _shared_vertex(edges, tolerance):

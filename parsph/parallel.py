@@ -8,6 +8,7 @@ import shutil
 import sys
 import time
 import traceback
+from collections import Counter
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -21,10 +22,19 @@ FORWARDING = 0.5  # s that the launcher has to pass on the last words of a rank 
 
 
 class Communicator:
-    """One rank alone: every collective is the identity."""
+    """One rank alone: every collective is the identity.
+
+    Attributes
+    ----------
+    collectives : Counter
+        How often each collective was called, by its name in MPI; a rank alone calls none.
+    """
 
     size, rank, node_rank = 1, 0, 0
     mpi = None
+
+    def __init__(self):
+        self.collectives = Counter()
 
     def barrier(self):
         """Wait for all ranks."""
@@ -79,24 +89,30 @@ class MpiCommunicator(Communicator):
     """All ranks of an MPI job."""
 
     def __init__(self, mpi):
+        super().__init__()
         self.mpi = mpi
         self.comm = mpi.COMM_WORLD
         self.size, self.rank = self.comm.Get_size(), self.comm.Get_rank()
         self.node_rank = self.comm.Split_type(mpi.COMM_TYPE_SHARED).Get_rank()
 
     def barrier(self):
+        self.collectives["Barrier"] += 1
         self.comm.Barrier()
 
     def gather(self, item):
+        self.collectives["Gather"] += 1
         return self.comm.gather(item)
 
     def allgather(self, item):
+        self.collectives["Allgather"] += 1
         return self.comm.allgather(item)
 
     def broadcast(self, item):
+        self.collectives["Bcast"] += 1
         return self.comm.bcast(item)
 
     def minimum(self, value):
+        self.collectives["Allreduce"] += 1
         result = np.array(value, float)
         self.comm.Allreduce(self.mpi.IN_PLACE, result, self.mpi.MIN)
         return result if result.ndim else float(result)
@@ -108,6 +124,7 @@ class MpiCommunicator(Communicator):
         return self.comm.recv(source=rank, tag=9)
 
     def stack(self, array):
+        self.collectives["Gather"] += 1
         parts = self.comm.gather(array)
         return np.concatenate(parts) if self.rank == 0 else array[:0]
 
@@ -126,8 +143,8 @@ def launched_ranks():
     return max([int(size) for size in sizes if size.isdigit()], default=1)
 
 
-def parsph_command(*arguments, ranks=1):
-    """Return the command that runs ``parsph`` with `arguments` in a process of its own, or on several ranks.
+def python_command(*arguments, ranks=1):
+    """Return the command that runs this interpreter with `arguments`, as "-m", "parsph", in a process of its own or on ranks.
 
     The launcher is the one beside the interpreter, else the one on the path.
 
@@ -136,7 +153,7 @@ def parsph_command(*arguments, ranks=1):
     SceneError
         When several ranks are wanted and there is no launcher.
     """
-    command = [sys.executable, "-m", "parsph", *map(str, arguments)]
+    command = [sys.executable, *map(str, arguments)]
     if ranks == 1:
         return command
     beside = Path(sys.executable).parent / "mpirun"

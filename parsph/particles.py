@@ -189,7 +189,7 @@ class Particles:
         """Make room for `capacity` rows, keeping what is there."""
         if capacity <= len(self.tags):
             return
-        capacity = int(1.15 * capacity) + 64
+        capacity = room_for(capacity)
         for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
         for name in ("drift", "gradient", "correction", "strain_rate"):
@@ -263,6 +263,11 @@ class Particles:
         """Return the field `name` of the given `rows`, shape (n,) or (n, dim)."""
         values = self.view(name)[rows]
         return values if values.shape[1] > 1 or self.layout.rank(name) else values[:, 0]
+
+
+def room_for(rows):
+    """Return the capacity of arrays that have to be enlarged for so many rows: some more, since the next ones come soon."""
+    return int(1.15 * rows) + 64
 
 
 def _enlarged(array, capacity):

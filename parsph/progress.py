@@ -77,7 +77,7 @@ class ProgressLog(Observer):
             return
         print(
             f"t = {t:9.4f} s  {100 * t / self.end if self.end else 100:5.1f} %  step {steps:8d}  "
-            f"dt {simulation.last_dt:.2e} s  {text}  imbalance {simulation.imbalance:.2f}  "
+            f"dt {simulation.last_dt:.2e} s  {text}  imbalance {simulation.imbalance.last:.2f}  "
             f"kinetic {energies[1]:.4g} J  eta {duration(left)}",
             flush=True,
         )
@@ -123,11 +123,12 @@ def phase_table(timers, communicator, wall):
 
 
 def console():
-    """Return a console for stdout that does not fold tables and paths in a log.
+    """Return a console for stdout that prints text as it is, and does not fold tables and paths in a log.
 
     Open MPI gives its ranks a terminal of their own even when the job's output is a file.
     """
+    plain = {"highlight": False, "markup": False, "emoji": False}  # titles and names may hold brackets and colons
     if sys.stdout.isatty() and "OMPI_COMM_WORLD_SIZE" not in os.environ:
-        return Console(highlight=False)
+        return Console(**plain)
     width = int(os.environ.get("COLUMNS", "120"))
-    return Console(width=width, highlight=False, soft_wrap=True, force_terminal=False)
+    return Console(width=width, soft_wrap=True, force_terminal=False, **plain)

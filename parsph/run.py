@@ -2,6 +2,7 @@
 
 import json
 import platform
+import sys
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -23,11 +24,13 @@ from .parallel import Communicator
 from .progress import ProgressLog, console, duration, phase_table, size_text
 from .scene.build import build, cuts_of
 from .scene.check_waves import doubts_of
+from .scene.limits import refuse_too_large
 from .scene.load import load_scene, parse_setting, scene_name, scene_text
 from .scene.movers import expected_height
 from .scene.plan import costs
 from .scene.solids import fillings_of
 from .scene.zones import relaxed_height
+from .traffic import traffic, traffic_text
 from .walls import INTERPOLATORS
 
 STARTED = time.monotonic()  # a wall time counts from when the process began
@@ -73,7 +76,8 @@ def run(source="pool", overrides=(), out=None, overwrite=False, ranks_info=False
     """
     communicator = communicator or parallel.start()
     scene = load_scene(source, overrides)
-    cuts_of(scene, communicator.size)  # whatever speaks against it must do so before a folder is made
+    refuse_too_large(scene, communicator)
+    cuts_of(scene, communicator.size, communicator)  # whatever speaks against it must do so before a folder is made
     name = scene_name(source)
     folder = communicator.on_root(lambda: output_folder(name, out, overwrite))
     with _claimed(folder, communicator):
@@ -108,9 +112,13 @@ def resume(folder, overrides=(), ranks_info=False, communicator=None):
     communicator = communicator or parallel.start()
     results = Results(folder)
     scene, name = _continued(results, overrides), results.name
-    cuts_of(scene, communicator.size)
+    refuse_too_large(scene, communicator)
+    cuts_of(scene, communicator.size, communicator)
     with _claimed(results.folder, communicator):
-        checkpoint = latest(results.folder, communicator)
+        checkpoint, damages = latest(results.folder, communicator)
+        if communicator.rank == 0:
+            for damage in damages:
+                print(f"warning: {damage}", file=sys.stderr, flush=True)
         if checkpoint and checkpoint.time > scene.time.end:
             why = f"its newest checkpoint is of t = {checkpoint.time:g} s"
             raise SceneError(f"it cannot end at {scene.time.end:g} s", "time.end", why, "a later end")
@@ -162,7 +170,7 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
         compiled = load_code(scene, communicator)
         loading = time.perf_counter() - loading
         simulation = build(scene, communicator, folder, checkpoint)
-        account = Account(simulation, checkpoint.totals if checkpoint else {})
+        account = Account(simulation, checkpoint)
         log = ProgressLog(scene.log_interval, scene.time.end)
         saved = scene.output.checkpoints.every, scene.time.walltime, STARTED
         simulation.observers += [log, Checkpoints(folder, scene_text(scene), *saved, signals, account.totals)]
@@ -177,7 +185,7 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
             simulation.run()
         finally:
             log.close()
-    summary = _summary(scene, simulation, folder, name, account.totals(), log.total)
+    summary = _summary(scene, simulation, folder, name, account, log.total)
     communicator.on_root(lambda: _close(folder, summary))
     _print_end(simulation, summary)
     return Finished(simulation, folder, summary)
@@ -185,10 +193,8 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
 
 def _close(folder, summary):
     files = [path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(".")]
-    summary["files"], summary["bytes written"] = (
-        1 + len(files),
-        sum(path.stat().st_size for path in files),
-    )  # 1: the summary itself
+    summary["files"] = 1 + len(files)  # and the summary itself
+    summary["bytes written"] = sum(path.stat().st_size for path in files)
     write_whole(folder / SUMMARY_FILE, json.dumps(summary, indent=1))  # its presence says that the run has finished
 
 
@@ -198,26 +204,20 @@ class Account:
     Parameters
     ----------
     simulation : Simulation
-    earlier : dict
-        What `totals` said when the part before ended.
+    checkpoint : Checkpoint or None
+        What the run goes on from.
     """
 
-    def __init__(self, simulation, earlier):
-        self.simulation, self.earlier = simulation, earlier
+    def __init__(self, simulation, checkpoint):
+        self.simulation = simulation
+        self.earlier, self.first_step = (checkpoint.totals, checkpoint.step) if checkpoint else ({}, 0)
         self._begin = time.perf_counter(), time.process_time()
 
     def totals(self):
         """Return numbers, and lists and dicts of them, by name; collective."""
         simulation, comm = self.simulation, self.simulation.communicator
         wall, processor = time.perf_counter() - self._begin[0], time.process_time() - self._begin[1]
-        exchange = simulation.domain.exchange
-        mine = {
-            "cpu [s]": processor,
-            "core seconds": wall,
-            "messages": exchange.messages,
-            "bytes sent": exchange.bytes,
-            **_counts(simulation),
-        }
+        mine = {"cpu [s]": processor, "core seconds": wall, **_counts(simulation)}
         now = reduce(_sum, comm.allgather(mine))
         return _sum(self.earlier, {"parts": 1, "wall [s]": wall, **now})
 
@@ -309,9 +309,9 @@ def _print_start(scene, simulation, folder, name, loading, compiled, checkpoint)
     if checkpoint:
         out.print(f"  goes on at t = {checkpoint.time:.6g} s, step {simulation.steps:,}, from {checkpoint.path}")
         if checkpoint.version != __version__:
-            out.print(f"note: that was written by parsph {checkpoint.version}; bits may differ from there on", markup=False)
+            out.print(f"note: that was written by parsph {checkpoint.version}; bits may differ from there on")
     for doubt in doubts_of(scene):
-        out.print(f"note: {doubt}", markup=False)
+        out.print(f"note: {doubt}")
 
 
 def _print_ranks(simulation):
@@ -323,9 +323,9 @@ def _print_ranks(simulation):
             print(f"  rank {rank}: {line}", flush=True)
 
 
-def _summary(scene, simulation, folder, name, totals, particles):
-    comm = simulation.communicator
-    evaluations, steps = particles * simulation.evaluations, max(simulation.steps, 1)
+def _summary(scene, simulation, folder, name, account, particles):
+    comm, totals = simulation.communicator, account.totals()
+    evaluations = particles * simulation.evaluations
     summary = {
         "scene": name,
         "version": __version__,
@@ -338,11 +338,11 @@ def _summary(scene, simulation, folder, name, totals, particles):
         "cpu [s]": totals["cpu [s]"],
         "evaluations": evaluations,
         "evaluations per second and rank": evaluations / totals["core seconds"],
-        "messages per step": totals["messages"] / steps,
-        "bytes sent per step": totals["bytes sent"] / steps,
         "phases [s]": simulation.timers.over_ranks(comm),
         "folder": str(folder),
     }
+    if comm.size > 1:
+        summary.update(traffic(simulation, simulation.steps - account.first_step))
     walls = _walls_summary(simulation, totals)
     if walls:
         summary["walls"] = walls
@@ -400,6 +400,8 @@ def _print_end(simulation, summary):
         f"{summary['steps']:,} steps, {duration(summary['wall [s]'])}, {rate:.2f} M evaluations/s per core; "
         f"{summary['files']} files, {size_text(summary['bytes written'])} in {summary['folder']}"
     )
+    if "communication" in summary:
+        out.print(traffic_text(summary))
     if "walls" in summary:
         walls, told = summary["walls"], []
         if "ghosts" in walls:

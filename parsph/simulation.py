@@ -10,9 +10,9 @@ from .particles import identities
 from .schedule import rounded, shortened
 from .states import update_pressure
 from .stepping import time_step_limit
-from .timing import Timers
+from .timing import Spread, Timers
 
-BALANCE_EVERY = 200  # steps
+BALANCE_EVERY = 20  # steps, in which nothing runs through more than a column
 
 
 class Simulation:
@@ -72,7 +72,7 @@ class Simulation:
         self.observers, self.movers = [], []  # movers: what decides on the ways of walls, at the end of each step
         self.timers = Timers()
         self.time, self.steps, self.evaluations = 0.0, 0, 0
-        self.imbalance, self.last_dt = 1.0, 0.0
+        self.imbalance, self.last_dt = Spread(1.0), 0.0  # largest over mean cost of the ranks, whenever the cuts were looked at
         self._extremes = 0.0, 0.0
 
     @property
@@ -217,6 +217,8 @@ class Simulation:
             observer.begin(self)
         if self.steps == 0:
             self.time = 0.0 - self.settling
+            if self.communicator.size > 1:
+                self.share_columns()
             self._begin()
         elif self.time >= 0:
             return
@@ -230,6 +232,16 @@ class Simulation:
     def _begin(self):
         self.evaluate(self.time)
         self.integrator.begin(self.particles)
+
+    def share_columns(self):
+        """Balance before anything moves: what walls cost is known only once all particles are in their cells."""
+        with self.timers("balance"):
+            for _ in range(self.communicator.size):  # a cut moves at most to the next old one
+                cuts = self.domain.cuts
+                self.domain.arrange(self.time)
+                self.domain.balance()
+                if self.domain.cuts == cuts:
+                    break
 
     def run(self):
         """Run from `prepare` to the end; the observers see every time at which they are due."""
@@ -250,7 +262,7 @@ class Simulation:
         self._observe()
         if self.communicator.size > 1 and self.steps % BALANCE_EVERY == 0:
             with self.timers("balance"):
-                self.imbalance = self.domain.balance()
+                self.imbalance.add(self.domain.balance())
 
     def _observe(self, settling=False):
         for observer in self.observers:

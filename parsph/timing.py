@@ -1,4 +1,4 @@
-"""Where the time goes."""
+"""Where the time goes, and how evenly it is shared."""
 
 import time
 from contextlib import contextmanager
@@ -32,3 +32,26 @@ class Timers:
             times = [seconds.get(phase, 0.0) for seconds in all_seconds]
             table[phase] = min(times), sum(times) / len(times), max(times)
         return table
+
+
+class Spread:
+    """Last, mean and largest of numbers that come one by one.
+
+    Parameters
+    ----------
+    last : float
+        What it is before there is one.
+    """
+
+    def __init__(self, last):
+        self.last, self.count, self._sum, self.largest = last, 0, 0.0, last
+
+    def add(self, value):
+        """Take note of a number."""
+        self.largest = max(self.largest, value) if self.count else value
+        self.last, self.count, self._sum = value, self.count + 1, self._sum + value
+
+    @property
+    def mean(self):
+        """The mean so far."""
+        return self._sum / self.count if self.count else self.last

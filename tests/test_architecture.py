@@ -12,7 +12,7 @@ PACKAGE = Path(parsph.__file__).parent
 # Top to bottom, as a reader meets it: a module may import from rows above its own and, inside a package, from its own row.
 ROWS = """
 errors
-jit parallel schedule timing
+files jit memory parallel schedule timing
 formula linear
 particles
 kernels states waves
@@ -28,16 +28,18 @@ io
 bodies
 simulation
 progress
+traffic
 scene
 run examine residuals
 study
 bench verify
+scaling
 cli
 __main__
 """
 ROW_OF = {name: row for row, line in enumerate(ROWS.split("\n")) for name in line.split()}
 LAZY = {"__init__", "cli"}  # they import what a command needs when it is called, so those imports do not count
-TALKING = {"cli", "examine", "progress", "run", "bench", "verify", "scene.plan"}
+TALKING = {"cli", "examine", "progress", "run", "bench", "scaling", "verify", "scene.plan", "scene.forecast"}
 
 MODULES = {
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): path

@@ -27,6 +27,8 @@ def test_run_writes_a_numbered_folder_and_says_what_it_did(tmp_path):
         folder = tmp_path / "runs" / f"pool-{number}"
         assert len(list((folder / "snapshots").iterdir())) == 3
         assert {path.name for path in folder.iterdir()} == {
+            ".lock",
+            "checkpoints",
             "gauges",
             "scene.json",
             "series.vtkhdf",
@@ -231,8 +233,8 @@ def test_bench_writes_its_table(tmp_path):
 def test_verify_refuses_an_unknown_case(tmp_path):
     result = parsph("verify", "nonsense", cwd=tmp_path)
     assert result.returncode == 2
-    names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "interpolators"]
-    names += ["still-tank", "dam-break", "wedge-tank", "kernels", "correction", "swe-pulse", "swe-dam-break"]
+    names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "interpolators", "still-tank"]
+    names += ["dam-break", "wedge-tank", "kernels", "correction", "restart", "faults", "swe-pulse", "swe-dam-break"]
     names += ["strip", "deficiency", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr

@@ -1,6 +1,7 @@
 """What a user types on several ranks: the same bits on any number of them, and an end to the whole job when one fails."""
 
 import itertools
+import json
 import os
 import re
 import subprocess
@@ -134,6 +135,21 @@ def test_ranks_info_names_each_rank_and_its_columns(tmp_path):
     assert len(spans) == 3
     assert all(a[1] == b[0] for a, b in itertools.pairwise(spans))
     assert result.stdout.count("time per phase") == 1
+
+
+def test_summary_tells_what_ranks_sent_and_how_they_shared(tmp_path):
+    """Three messages to the one neighbour in an evaluation, one line at the end; one rank alone has nothing to tell."""
+    for ranks in (None, 2):
+        result = parsph("run", "pool", *LONG, "--out", f"on-{ranks}", cwd=tmp_path, ranks=ranks)
+        assert result.returncode == 0, result.stderr
+        summary = json.loads((tmp_path / f"on-{ranks}" / "summary.json").read_text())
+        assert result.stdout.count("per step and rank") == (ranks is not None)
+        assert ("communication" in summary) == ("imbalance" in summary) == (ranks is not None)
+    told, imbalance = summary["communication"], summary["imbalance"]
+    assert 3.0 <= told["messages"]["mean"] <= told["messages"]["largest"] < 4.0  # gauges look at a present of their own
+    assert told["bytes"]["largest"] >= told["bytes"]["mean"] > 0
+    assert 1.0 <= told["collectives"]["Allreduce"] < 1.1
+    assert 1.0 <= imbalance["mean"] <= imbalance["largest"]
 
 
 # --- failures ------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 import parsph
-from parsph.errors import SceneError
+from parsph.errors import RunError, SceneError
 from parsph.io.folder import output_folder
 from parsph.io.snapshots import POINT_DATA
 from parsph.io.tables import Table, read_table
@@ -121,7 +121,7 @@ def test_no_half_written_file_is_left(written):
 
 def test_a_snapshot_that_cannot_be_finished_leaves_the_old_one(written, tmp_path, monkeypatch):
     """Written under another name and renamed: complete or absent."""
-    from parsph.io import snapshots
+    from parsph.io import polydata, snapshots
 
     _, _, simulation, _ = written
     path = tmp_path / "00000.vtkhdf"
@@ -131,10 +131,11 @@ def test_a_snapshot_that_cannot_be_finished_leaves_the_old_one(written, tmp_path
     def full(*_args, **_kwargs):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(snapshots, "_fill", full)
-    with pytest.raises(OSError, match="no space"):
+    monkeypatch.setattr(polydata, "_fill", full)
+    with pytest.raises(RunError, match=r"00000.partial: cannot be written: no space"):
         snapshots.write_snapshot(path, simulation, "{}", "float64")
     assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_metadata_is_complete(written):
@@ -353,7 +354,7 @@ def test_overwrite_removes_an_earlier_run_and_nothing_else(tmp_path):
     (out / "series.vtkhdf").touch()
     (out / "thesis.txt").write_text("years of work")
     assert output_folder("pool", out, overwrite=True) == out
-    assert [path.name for path in out.iterdir()] == ["thesis.txt"]
+    assert {path.name for path in out.iterdir()} == {"thesis.txt", ".lock"}
 
 
 @pytest.mark.parametrize("out", ["file", "file/below"])

@@ -15,7 +15,7 @@ from parsph.scene.load import builtin_names, json_schema, load_scene, scene_name
 FAULTS = {
     "unknown key": ({"numerics.h_over_dxx": 2.0}, "numerics.h_over_dxx", "unknown key", "'h_over_dx'"),
     "unknown section": ({"wavemakr": {}}, "wavemakr", "unknown key", "'wavemaker'"),
-    "unknown key without a near one": ({"time.zzz": 1}, "time.zzz", "unknown key", "end, settle, dt, cfl"),
+    "unknown key without a near one": ({"time.zzz": 1}, "time.zzz", "unknown key", "end, settle, walltime, dt, cfl"),
     "unknown key of a gauge": ({"gauges": [{"kind": "level", "xx": 1.0, "x": 0.1}]}, "gauges.0.xx", "unknown", "x"),
     "unknown key of a wall": ({"walls.left": {"slp": "no"}}, "walls.left.slp", "unknown key", "'slip'"),
     "unknown key of a block": (

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from parsph.errors import SceneError
-from parsph.waves import REGULAR_THEORIES, dispersion, regular_wave, second_harmonic
+from parsph.waves import REGULAR_THEORIES, dispersion, regular, regular_wave, second_harmonic
 
 G = 9.81
 CASES = [(0.1, 1.0, 2.0), (0.3, 1.0, 2.0), (0.02, 2.0, 0.9), (0.15, 0.6, 3.0)]  # H, d [m], T [s]
@@ -103,3 +103,22 @@ def test_faults_say_what_is_valid():
         regular_wave(0.3, 1.0, G, period=2.0, theory="fentom")
     with pytest.raises(SceneError, match="exactly one"):
         regular_wave(0.3, 1.0, G)
+
+
+@pytest.mark.parametrize("theory", REGULAR_THEORIES)
+@pytest.mark.parametrize("depth", [3.0, 15.0, 60.0, 120.0, 1e3, 1e9])
+def test_water_of_any_depth_has_waves_or_a_reason(theory, depth):
+    try:
+        wave = regular_wave(0.05, depth, G, wavelength=1.0, theory=theory)
+    except SceneError as error:
+        assert error.where == "wavelength"  # noqa: PT017
+        assert depth > 15.0
+        return
+    assert np.isfinite(wave.velocity(0.2, [0.0, 0.5 * depth, depth], 0.1)).all()
+
+
+def test_a_search_that_finds_no_wave_of_a_period_ends(monkeypatch):
+    """So near the highest wave the equations have several solutions, between which the period jumps."""
+    monkeypatch.setattr(regular, "MOST_SOLUTIONS", 4)
+    with pytest.raises(SceneError, match=r"height: no wave of 20 s could be found; near the highest wave.*; a lower or short"):
+        regular_wave(0.375, 0.5, 1.5, frequency=0.05)

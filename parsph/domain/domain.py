@@ -19,8 +19,9 @@ from ..columns import (
 from ..errors import RunError
 from ..particles import FIRST_GHOST, identities
 from ..walls import translated_images, wall_images
+from .cost import column_costs
 from .exchange import Exchange
-from .slabs import Slab, balanced_cuts
+from .slabs import Slab, balanced_cuts, imbalance
 
 TURNS = 4  # of the walls at particles in a corner
 
@@ -346,25 +347,29 @@ class Domain:
         """
         return end_columns(self.grid, self._bands)
 
-    def column_counts(self):
-        """Return the number of particles in each column of the whole grid, on all ranks."""
-        mine = np.diff(self.column_bounds())
+    def column_costs(self):
+        """Return the cost of a step in each column of the whole grid [pairs], on all ranks; see `parsph.domain.cost`."""
+        counted = np.concatenate([[0], np.cumsum(self.particles.tags[: self.starts[-1]] < FIRST_GHOST)])
+        shape = self.slab.columns + 2, *self.grid.shape[1:]
+        fluid, rows = (np.diff(ends).reshape(shape) for ends in (counted[self.starts], self.starts))
+        mine = column_costs(fluid, rows, self.ghosts.share.cells if self.ghosts else ())
         return np.concatenate(self.communicator.allgather(mine))
 
     def balance(self, tolerance=1.05):
-        """Move the cuts if the ranks' shares differ; the particles follow in the next `arrange`.
+        """Move the cuts if the ranks' shares of the cost differ; the particles follow in the next `arrange`.
 
         Returns
         -------
         float
             Largest share over mean share, before.
         """
-        counts = self.column_counts().astype(float)
-        shares = np.add.reduceat(counts, self.cuts[:-1])
-        imbalance = float(shares.max() / shares.mean())
-        if imbalance > tolerance:
-            self.set_cuts(balanced_cuts(counts, self.communicator.size, *self.end_columns(), old=self.cuts))
-        return imbalance
+        costs = self.column_costs()
+        before = imbalance(costs, self.cuts)
+        if before > tolerance:
+            cuts = balanced_cuts(costs, self.communicator.size, *self.end_columns(), old=self.cuts)
+            if imbalance(costs, cuts) < before:  # columns may be too coarse for anything better
+                self.set_cuts(cuts)
+        return before
 
 
 def end_columns(grid, bands):

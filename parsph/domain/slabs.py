@@ -54,7 +54,7 @@ def balanced_cuts(cost, ranks, left=1, right=1, old=None):
         When there are fewer columns than the ranks need.
     """
     columns = len(cost)
-    most = max(1, columns - left - right + 2)
+    most = most_ranks(columns, left, right)
     if ranks > most:
         raise SceneError(
             f"too many ranks: {ranks} for {columns} columns of cells",
@@ -75,3 +75,14 @@ def balanced_cuts(cost, ranks, left=1, right=1, old=None):
             low, high = max(low, old[rank - 1] + 1), min(high, old[rank + 1] - 1)
         cuts.append(min(max(cut, low), high))
     return (*cuts, columns)
+
+
+def most_ranks(columns, left, right):
+    """Return how many ranks so many columns are enough for, when `left` and `right` of them at the ends stay together."""
+    return max(1, columns - left - right + 2)
+
+
+def imbalance(cost, cuts):
+    """Return the largest share of the `cost` of columns, shape (columns,), over the mean share of the ranks."""
+    shares = np.add.reduceat(cost, cuts[:-1])
+    return float(shares.max() / shares.mean()) if shares.any() else 1.0

@@ -8,7 +8,6 @@ follow from the time and from their files.
 
 import json
 import signal
-import sys
 import time
 import zlib
 
@@ -32,6 +31,12 @@ WANTED, TIME_UP, ASKED, INTERRUPTED = 1, 2, 3, 4  # what a look finds; all but t
 def folder_of(run):
     """Return the folder of a run's checkpoints."""
     return run / "checkpoints"
+
+
+def bytes_on_disk(layout):
+    """Return the bytes of a particle in a checkpoint: number, vertex, and the fields, vectors with three components."""
+    lasting = [field for field in layout.fields if field.lasting]
+    return 8 + 8 + 8 * sum(3 if field.rank == 1 else layout.components(field) for field in lasting)
 
 
 def has_checkpoint(run):
@@ -118,7 +123,7 @@ class Checkpoint:
         self._memory = json.loads(text)
         self.totals = self._memory["totals"]
         self.counts = np.array(self._memory["column counts"])
-        self.time = self._memory["simulation"]["time"]
+        self.time, self.step = (self._memory["simulation"][name] for name in ("time", "steps"))
         if self.counts.sum() != self.sizes.sum():
             raise Damaged("its parts have other sizes than when they were written")
 
@@ -177,23 +182,23 @@ class Damaged(ParsphError):
 
 
 def latest(run, communicator):
-    """Return the newest `Checkpoint` of a run that is whole, None when there is none; tell of those that are not; collective.
+    """Return the newest `Checkpoint` of a run that is whole, None when there is none, and what is wrong with newer ones, a list
+    of texts; collective.
 
     Parameters
     ----------
     run : Path
         The run's folder.
     """
-    paths = communicator.on_root(lambda: sorted(folder_of(run).glob("*.vtkhdf"), reverse=True))
+    paths, damages = communicator.on_root(lambda: sorted(folder_of(run).glob("*.vtkhdf"), reverse=True)), []
     for path in paths:
         try:
             checkpoint = communicator.on_root(lambda path=path: Checkpoint(path))
             checkpoint.examine(communicator)
-            return checkpoint
+            return checkpoint, damages
         except Damaged as damage:
-            if communicator.rank == 0:
-                print(f"warning: {path} is damaged and is not used: {damage}", file=sys.stderr, flush=True)
-    return None
+            damages.append(f"{path} is damaged and is not used: {damage}")
+    return None, damages
 
 
 class Checkpoints(Observer):
@@ -226,13 +231,14 @@ class Checkpoints(Observer):
         super().__init__()
         self.folder, self.scene_text, self.every = folder_of(run), scene_text, every
         self.walltime, self.begun, self.signals, self.totals = walltime, begun, signals, totals
-        self._finding, self._stride, self._last_step = 0, 1, None
+        self._finding, self._stride = 0, 1
         self._steps = 2  # until the next look: the first is after a step, so that each part of a run gets on
 
     def begin(self, simulation):
         self._communicator = simulation.communicator
         self._communicator.on_root(lambda: self.folder.mkdir(exist_ok=True))
         self._looked = self._written = time.monotonic()
+        self._last_step = simulation.steps or None
         self._took = 0.0  # s, by the last one
         self._expected = 1.0 + sum(self._communicator.allgather(simulation.particles.nbytes)) / SPEED
 

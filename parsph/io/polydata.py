@@ -4,7 +4,9 @@ Where h5py is built with MPI all ranks write collectively; elsewhere rank 0 take
 so that its memory holds one part at a time. Both write the same datasets.
 """
 
+import io
 import os
+from contextlib import contextmanager
 
 import h5py
 import numpy as np
@@ -23,6 +25,70 @@ def in_space(values):
     space = np.zeros((count, *(3 for _ in sizes)))
     space[(slice(None), *map(slice, sizes))] = values
     return space.reshape(count, 3 ** len(sizes)) if sizes else space
+
+
+class _Disk(io.FileIO):
+    """A file for HDF5 to write to that keeps failures to itself until it is asked: with a full disk HDF5 can neither close its
+    file nor forget it, and takes the process down with it.
+    """
+
+    def __init__(self, path):
+        super().__init__(path, "w+")
+        self.error = None
+
+    def __repr__(self):  # what h5py calls the file
+        return str(self.name)
+
+    def write(self, data):
+        rest = memoryview(data).cast("B")
+        try:
+            while rest and self.error is None:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.error = error
+        return len(data)
+
+    def readinto(self, buffer):
+        view = memoryview(buffer).cast("B")
+        count = super().readinto(view)
+        view[count:] = bytes(len(view) - count)  # what could not be written is not there to be read again
+        return len(view)
+
+    def truncate(self, size=None):
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size
+
+
+@contextmanager
+def created(path, durable=False, **options):
+    """Give an HDF5 file to write to, for one process, that is called `path` when it is complete.
+
+    Parameters
+    ----------
+    path : Path
+    durable : bool
+        Whether it is to be on the disk before it is called so, not only with the system.
+    options
+        Of `h5py.File`.
+
+    Raises
+    ------
+    RunError
+        When it cannot be written; nothing is left of it.
+    """
+    temporary = path.with_suffix(".partial")
+    with writing(temporary):
+        with _Disk(temporary) as disk:
+            with h5py.File(disk, "w", **options) as file:
+                yield file
+            if durable and disk.error is None:
+                os.fsync(disk.fileno())
+            if disk.error:
+                raise disk.error
+        os.replace(temporary, path)
 
 
 def write_polydata(path, communicator, points, data, units, attributes, texts, durable=False):
@@ -55,30 +121,28 @@ def write_polydata(path, communicator, points, data, units, attributes, texts, d
     part["Vertices/Connectivity"] = np.arange(count, dtype=np.int32)
     part["Vertices/Offsets"] = np.arange(count + 1, dtype=np.int32)
     counts = np.array(communicator.allgather(count))
-    temporary = path.with_suffix(".partial")
     options = {"alignment_threshold": ALIGNMENT, "alignment_interval": ALIGNMENT}
     if communicator.size > 1 and h5py.get_config().mpi:
+        temporary = path.with_suffix(".partial")
         with writing(temporary), h5py.File(temporary, "w", driver="mpio", comm=communicator.comm, **options) as file:
             _declare(file, part, counts, units, attributes, texts)
             _fill(file, part, counts, communicator.rank, collective=True)
+        communicator.on_root(lambda: _publish(temporary, path, durable))
     elif communicator.rank == 0:
-        with writing(temporary), h5py.File(temporary, "w", **options) as file:
+        with created(path, durable, **options) as file:
             _declare(file, part, counts, units, attributes, texts)
             for rank in range(communicator.size):
                 _fill(file, communicator.receive(rank) if rank else part, counts, rank)
     else:
         communicator.send(part, 0)
-    communicator.on_root(lambda: _publish(temporary, path, durable))
+    communicator.barrier()
 
 
 def _publish(temporary, path, durable):
     with writing(temporary):
         if durable:
-            descriptor = os.open(temporary, os.O_RDWR)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
+            with open(temporary, "rb+") as file:
+                os.fsync(file.fileno())
         os.replace(temporary, path)
 
 

@@ -1,7 +1,6 @@
 """Snapshots of the fluid, and a series file over all of them."""
 
 import json
-import os
 from contextlib import nullcontext
 from typing import NamedTuple
 
@@ -11,8 +10,7 @@ import numpy as np
 from ..moments import MOMENTS
 from ..observers import Observer
 from ..particles import FIELDS
-from .folder import writing
-from .polydata import in_space, root_of, write_polydata
+from .polydata import created, in_space, root_of, write_polydata
 
 POINT_DATA = ("id", "kind", *(field.name for field in FIELDS if field.snapshot))
 KINDS = "0: fluid"
@@ -123,13 +121,11 @@ class SnapshotWriter(Observer):
 
 def write_series(folder, snapshots):
     """Write ``series.vtkhdf``: all `snapshots`, a list of `Written`, as one time series of virtual datasets."""
-    temporary = folder / "series.partial"
-    with writing(temporary), h5py.File(temporary, "w") as file:
+    with created(folder / "series.vtkhdf") as file:
         root = root_of(file)
         for name in snapshots[0].datasets:
             _join(root, name, snapshots)
         _steps(root, snapshots)
-    os.replace(temporary, folder / "series.vtkhdf")
 
 
 def _join(root, name, snapshots):

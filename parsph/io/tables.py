@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 
 from .folder import failure, write_whole
 
@@ -23,7 +24,7 @@ class Table:
         When it cannot be written.
     """
 
-    def __init__(self, path, columns, until):
+    def __init__(self, path, columns, until=-math.inf):
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = path
         rows = [line for line in _lines(path)[1:] if float(line[0]) <= until] if path.exists() else []

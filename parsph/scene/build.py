@@ -73,7 +73,7 @@ def build(scene, communicator=None, folder=None, checkpoint=None):
     walls = walls_of(scene, motions)
     grid, box = grid_of(scene, motions)
     reach = scene.reach
-    fillings = fillings_of(scene)
+    fillings = fillings_of(scene, communicator)
     counts = checkpoint.counts if checkpoint else sum(filling.column_counts(grid) for filling in fillings)
     cuts = _cuts(scene, counts, communicator.size)
     mine = cuts[communicator.rank], cuts[communicator.rank + 1]
@@ -149,8 +149,8 @@ def build(scene, communicator=None, folder=None, checkpoint=None):
     return simulation
 
 
-def cuts_of(scene, ranks):
-    """Return the column cuts that a scene begins with on so many ranks.
+def cuts_of(scene, ranks, communicator=None):
+    """Return the column cuts that a scene begins with on so many ranks; those of a `communicator` share the counting.
 
     Raises
     ------
@@ -158,14 +158,21 @@ def cuts_of(scene, ranks):
         When there are too many ranks for the columns.
     """
     grid, _ = grid_of(scene)
-    return _cuts(scene, sum(filling.column_counts(grid) for filling in fillings_of(scene)), ranks)
+    counts = sum(filling.column_counts(grid) for filling in fillings_of(scene, communicator))
+    return _cuts(scene, counts, ranks)
 
 
 def _cuts(scene, counts, ranks):
+    _, ends = columns_of(scene)
+    return balanced_cuts(counts, ranks, *ends)
+
+
+def columns_of(scene):
+    """Return the grid, and how many columns at its left and right end one rank must own together."""
     motions = motions_of(scene)
     grid, _ = grid_of(scene, motions)
     bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene, motions)]
-    return balanced_cuts(counts, ranks, *end_columns(grid, bands))
+    return grid, end_columns(grid, bands)
 
 
 def state_of(scene):

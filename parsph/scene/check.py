@@ -5,10 +5,13 @@ import math
 import numpy as np
 
 from ..errors import SceneError, did_you_mean
+from ..files import FORBIDDEN, LONGEST_NAME, is_file_name
 from ..io.tables import table_name
 from ..stepping import INTEGRATORS, VISCOUS_LIMIT, time_step_limit
 from ..walls import REPULSIONS, TREATMENTS
 from .check_waves import body_faults, maker_faults
+from .fields import SMALLEST
+from .limits import MOST_READINGS, size_faults, time_faults
 from .schema import SIDES
 from .solids import ascents_of, fillings_of, polygon_faults, wall_faults
 from .zones import relaxation_faults
@@ -19,10 +22,10 @@ STRIP_H_OVER_DX = 1.7
 
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
-    faults = _shapes(scene) or _shallow(scene) or _treatment(scene)
+    faults = _shapes(scene) or _shallow(scene) or size_faults(scene) or _treatment(scene)
     faults = faults or maker_faults(scene) + body_faults(scene) or relaxation_faults(scene) or wall_faults(scene)
     rest = _numerics, _terms, _geometry, _sliding, _periodic, _damping, _gauges
-    return faults or [fault for part in rest for fault in part(scene)]
+    return faults or [fault for part in rest for fault in part(scene)] or time_faults(scene)
 
 
 def _vector(where, values, dim):
@@ -52,6 +55,9 @@ def _shapes(scene):
         missing = (axis == 1 and scene.dim < 3) or (axis == -1 and scene.dim < 2)
         if getattr(scene.walls, side) is not None and missing:
             faults.append(SceneError(f"there is no such side in {scene.dim}D", where=f"walls.{side}", cure="leave it out"))
+    if not faults and not scene.shallow and 0 < scene.depth < SMALLEST:
+        cure = f"a level of at least {SMALLEST:g} m over the lowest point of the fluid"
+        faults.append(SceneError(f"{scene.depth:g} m of water are none", where="fluid.level", cure=cure))
     return faults
 
 
@@ -318,12 +324,9 @@ def _geometry(scene):
         if (low < 0).any() or (high > size * (1 + 1e-12)).any():
             cure = f"within 0 and {scene.domain.size} m, or enlarge domain.size"
             faults.append(SceneError("lies outside the domain", where=where, cure=cure))
-        if filling.count == 0:
+        if filling.about == 0:
             cure = f"high - low of at least dx = {scene.numerics.dx} m in every direction"
             faults.append(SceneError("holds no particles", where=where, cure=cure))
-        elif filling.count > 2**31 - 2:
-            cure = f"a larger numerics.dx than {scene.numerics.dx} m, or a smaller block"
-            faults.append(SceneError(f"holds {filling.count:.3g} particles, more than 2e9", where=where, cure=cure))
         if block.initial == "seiche" and (scene.dim != 2 or scene.domain.gravity == 0):
             faults.append(SceneError("a seiche needs 2D and gravity", where=f"{where}.initial", cure='"still"'))
         for other in range(number):
@@ -332,10 +335,6 @@ def _geometry(scene):
                 continue
             if (np.maximum(low, b.low) < np.minimum(high, b.high) - 0.5 * scene.numerics.dx).all():
                 faults.append(SceneError(f"overlaps block {other}", where=where, cure="blocks may touch, not overlap"))
-    cells = float(np.prod([s / (scene.reach) + 4 for s in scene.domain.size]))
-    if cells > 2**30:
-        cure = "a smaller domain.size or a larger numerics.dx"
-        faults.append(SceneError(f"the domain has {cells:.3g} cells, more than 1e9", where="domain.size", cure=cure))
     reach = scene.reach
     for a, b, axis in (("left", "right", 0), ("front", "back", 1), ("bottom", "top", -1)):
         if getattr(scene.walls, a) and getattr(scene.walls, b) and scene.domain.size[axis] < reach:
@@ -384,11 +383,13 @@ def _gauges(scene):
     for number, gauge in enumerate(scene.gauges):
         where = f"gauges.{number}"
         name = table_name(gauge.name, gauge.kind, number)
-        if name in names or "/" in name or name.startswith("."):
-            faults.append(
-                SceneError(f"{name!r} is taken or no file name", where=f"{where}.name", cure="a plain name of its own")
-            )
-        names.add(name)
+        if not is_file_name(name):
+            cure = f"a plain name of up to {LONGEST_NAME} characters, none of {FORBIDDEN}"
+            faults.append(SceneError(f"{name!r} is no file name", where=f"{where}.name", cure=cure))
+        elif name.casefold() in names:
+            why = "some file systems tell no capitals from small letters"
+            faults.append(SceneError(f"{name!r} is taken", where=f"{where}.name", why=why, cure="a name of its own"))
+        names.add(name.casefold())
         if gauge.kind == "body":
             bodies = [body.wall for body in scene.bodies]
             if gauge.wall not in bodies:
@@ -403,6 +404,10 @@ def _gauges(scene):
             if gauge.low and gauge.high and not all(a < b for a, b in zip(gauge.low, gauge.high, strict=True)):
                 faults.append(SceneError("the region is empty", where=where, cure="low < high in every direction"))
             continue
+        extent = getattr(gauge, "extent", None)
+        if extent and math.hypot(*extent) > 0.5 * MOST_READINGS * scene.numerics.dx:
+            cure = f"at most {0.5 * MOST_READINGS * scene.numerics.dx:g} m, {MOST_READINGS:,} readings half a spacing apart"
+            faults.append(SceneError(f"{math.hypot(*extent):g} m are too long", where=f"{where}.extent", cure=cure))
         place = gauge.point if gauge.kind == "pressure" else [x for x in (gauge.x, getattr(gauge, "y", None)) if x is not None]
         for x, extent in zip(place, size, strict=False):
             if not 0 <= x <= extent:

@@ -6,10 +6,14 @@ import numpy as np
 
 from ..errors import SceneError, did_you_mean
 from ..wavemakers.series import ANGLES
+from ..wavemakers.signals import LOOKS
 from ..waves import HIGHEST_SOLITARY, MADSEN, breaking_height, dispersion
-from .movers import bed_of, hinge_of, maker_of, place_of, spectrum_of, wave_of
+from .limits import size_doubts
+from .movers import band_of, bed_of, hinge_of, maker_of, place_of, spectrum_of, wave_of
 from .schema import SIDES
 
+MOST_PERIODS = 1e9  # of waves in a run
+MOST_SUMMED = 3e8  # values of components of irregular waves: some seconds
 LONGEST_STROKE = 0.25  # of the free length of water
 LEAST_RESOLVED = 1.5  # particles per wave height
 STILL_H_OVER_DX = 2.5  # largest with which the surface of still water has been seen to stay still, renormalised
@@ -61,7 +65,7 @@ def no_waves(scene, where, name, periodic, dry, in_1d=None):
 
 def doubts_of(scene):
     """Return what is no fault, and may still not be what is wanted: lines of text, each with the valid range."""
-    doubts, wave = [], scene.wavemaker.wave if scene.wavemaker else None
+    doubts, wave = size_doubts(scene), scene.wavemaker.wave if scene.wavemaker else None
     height = getattr(wave, "height", None) or getattr(wave, "crest", None)
     if height and height < LEAST_RESOLVED * scene.numerics.dx:
         least = height / LEAST_RESOLVED
@@ -158,7 +162,30 @@ def _regular(scene, wave, where):
         linear = wave_of(scene, wave)
     except SceneError as error:
         return [SceneError(error.what, where=where, why=error.why, cure=error.cure)]
-    return broken(wave.height, linear, scene.depth, f"{where}.height")
+    return _endless(scene, linear.period, where) or broken(wave.height, linear, scene.depth, f"{where}.height")
+
+
+def _endless(scene, period, where):
+    """The fault of more waves than can be meant, in a list."""
+    if scene.time.end <= MOST_PERIODS * period:
+        return []
+    what = f"makes {scene.time.end / period:.3g} waves up to {scene.time.end:g} s, more than {MOST_PERIODS:g}"
+    return [SceneError(what, where=where, cure=f"a time.end of at most {MOST_PERIODS * period:.3g} s, or longer waves")]
+
+
+def _too_many(scene, where):
+    """The fault of irregular or focused waves of so many components that they take too long to add up, in a list."""
+    wave = scene.wavemaker.wave
+    _, high, count = band_of(scene)
+    until = min(scene.time.end, getattr(wave, "duration", None) or math.inf)
+    summed = count * (LOOKS * high * until + 1)
+    if summed <= MOST_SUMMED:
+        return []
+    what = f"consists of {count:.3g} waves, whose largest sum is looked for in {until:g} s"
+    if wave.kind == "focused":
+        return [SceneError(what, where=f"{where}.time", why="that takes too long", cure="an earlier focus, or a shorter run")]
+    cure = f"after which they repeat, at most {until * math.sqrt(MOST_SUMMED / summed):.3g} s"
+    return [SceneError(what, where=f"{where}.duration", why="that takes too long", cure=cure)]
 
 
 def broken(height, linear, depth, where):
@@ -177,6 +204,9 @@ def _irregular(scene, wave, where):
     if wave.height is None and wave.spectrum != "table":
         return [SceneError("is missing", where=f"{where}.height", cure="significant wave height [m]")]
     height, key = (wave.height, "height") if wave.height is not None else (spectrum_of(wave).height, "densities")
+    faults = _endless(scene, scene.wave_period, where) or _too_many(scene, where)
+    if faults:
+        return faults
     peak = _dispersion(scene)
     highest = breaking_height(scene.depth, peak.wavelength)
     if HIGHEST_OF_MANY * height > highest:
@@ -188,6 +218,9 @@ def _irregular(scene, wave, where):
 
 def _focused(scene, wave, where):
     faults = _spectrum(wave, where)
+    if faults:
+        return faults
+    faults = _endless(scene, scene.wave_period, where) or _too_many(scene, where)
     if faults:
         return faults
     peak = _dispersion(scene)

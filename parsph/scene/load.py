@@ -3,18 +3,25 @@
 import copy
 import json
 import os
+import re
 import tomllib
 from importlib import resources
 from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import SceneError, SceneFaults, did_you_mean
+from ..errors import SceneError, SceneFaults, did_you_mean, shortened, shown
+from ..files import read_text
 from .check import faults_of
 from .makers_schema import WAVE_KINDS
 from .schema import GAUGE_KINDS, Scene
 
 BUILTIN = resources.files(__package__) / "builtin"
+MOST_FAULTS = 100  # that are told at once
+MOST_BASES = 20  # scenes of which each builds on the next
+DEEPEST = 20  # parts of a dotted key
+LARGEST_FILE = 2e6  # bytes of a scene
+PART_OF_KEY = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 
 
 def builtin_names():
@@ -40,19 +47,30 @@ def load_scene(source="pool", overrides=None):
     SceneError
         When there is no such scene, or it is not TOML.
     """
-    keys = _with_base(source, ())
     items = overrides.items() if isinstance(overrides, dict) else map(parse_setting, overrides or [])
-    for key, value in items:
-        _override(keys, key, value)
+    try:
+        keys = _with_base(source, ())
+        for key, value in items:
+            _override(keys, key, value)
+    except RecursionError:
+        cure = "tables and lists as parsph show prints them"
+        raise SceneError("is nested too deeply", where=scene_name(source), cure=cure) from None
     _locate(keys)  # so that a copy of the scene, as in the folder of a run, means the same file
     try:
         scene = Scene.model_validate(keys)
     except ValidationError as error:
-        raise SceneFaults([fault_of(entry) for entry in error.errors()]) from None
+        entries = error.errors(include_url=False)
+        raise SceneFaults([*map(fault_of, entries[:MOST_FAULTS]), *_more(entries)]) from None
     faults = faults_of(scene)
     if faults:
-        raise SceneFaults(faults)
+        raise SceneFaults([*faults[:MOST_FAULTS], *_more(faults)])
     return scene
+
+
+def _more(faults):
+    """Return, in a list, the fault that stands for those that nobody would read."""
+    more = len(faults) - MOST_FAULTS
+    return [SceneError(f"has {more:,} faults more", where="the scene", cure="mend these first")] if more > 0 else []
 
 
 def scene_name(source):
@@ -89,12 +107,15 @@ def _with_base(source, above):
         return keys
     name = "the scene" if isinstance(source, dict) else str(source)
     if not isinstance(base, str):
-        raise SceneError(f"base must be a name, not {base!r}", where=name, cure='as base = "pool"')
+        raise SceneError(f"base must be a name, not {shown(base)}", where=name, cure='as base = "pool"')
     if base not in builtin_names() and not isinstance(source, dict):
         base = os.path.normpath(Path(source).parent / base)
     chain = (*above, name if name in builtin_names() else os.path.normpath(name))
     if base in chain:
         raise SceneError("is its own base", where=base, why=" -> ".join((*chain, base)), cure="another base")
+    if len(chain) > MOST_BASES:
+        what = f"more than {MOST_BASES} scenes build on each other"
+        raise SceneError(what, where=base, cure="fewer, with all their keys in one file")
     return _merged(_with_base(base, chain), keys)
 
 
@@ -120,26 +141,29 @@ def _read(source):
     path = Path(source)
     if str(source) in builtin_names():
         text = (BUILTIN / f"{source}.toml").read_text(encoding="utf-8")
-    elif path.is_file():
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise SceneError(f"cannot be read: {error}", where=str(source), cure="a readable text file") from None
+    elif os.path.exists(path):
+        text = read_text(path, LARGEST_FILE, "a TOML file")
     else:
         raise SceneError(
-            f"no scene {str(source)!r}",
+            f"no scene {shown(str(source))}",
             why="it is neither a file nor the name of a built-in scene",
             cure=f"{did_you_mean(source, builtin_names())}built-in scenes: {', '.join(builtin_names())}",
         )
-    if path.suffix == ".json":
-        return _parsed(text, source, "JSON", json.loads, json.JSONDecodeError)
-    return _parsed(text, source, "TOML", tomllib.loads, tomllib.TOMLDecodeError)
+    return _parsed(text, source, *(("JSON", json.loads) if path.suffix == ".json" else ("TOML", _toml)))
 
 
-def _parsed(text, source, language, parse, failure):
+def _toml(text):
+    """Return the keys of a text; refuse dotted keys of many parts, for which the parser takes their number squared."""
+    too_deep = re.search(rf"""(?<![\w"'-])(?:{PART_OF_KEY}[ \t]*\.[ \t]*){{{DEEPEST}}}""", text)
+    if too_deep:
+        raise ValueError(f"a key of more than {DEEPEST} parts, {shortened(too_deep[0])}")
+    return tomllib.loads(text)
+
+
+def _parsed(text, source, language, parse):
     try:
         keys = parse(text)
-    except failure as error:
+    except ValueError as error:  # so are both languages' errors, and that of a number of thousands of digits
         raise SceneError(f"not valid {language}: {error}", where=str(source), cure="mend that place") from None
     if not isinstance(keys, dict):
         raise SceneError("holds no sections", where=str(source), cure="the scene.json of a run, or a TOML file")
@@ -149,40 +173,46 @@ def _parsed(text, source, language, parse, failure):
 def parse_setting(setting):
     """Return (key, value) of a ``key=value`` of the command line; values are TOML, or else text."""
     key, equals, text = setting.partition("=")
-    if not equals or not key:
-        raise SceneError(f"{setting!r} is not of the form key=value", where="--set", cure="as --set time.end=5")
+    if not equals or not key.strip():
+        raise SceneError(f"{shown(setting)} is not of the form key=value", where="--set", cure="as --set time.end=5")
     try:
-        return key.strip(), tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), text.strip()
+        keys = _toml(f"value = {text}")
+    except (ValueError, RecursionError):
+        keys = {}
+    return key.strip(), keys["value"] if keys.keys() == {"value"} else text.strip()
 
 
 def _override(keys, key, value):
     """Set the dotted `key`, making sections that are not there yet."""
     *path, last = key.split(".")
-    place = keys
+    place, where = keys, f"--set {shortened(key)}"
+    if len(path) > DEEPEST:
+        raise SceneError(f"there is no key {len(path)} sections deep", where=where, cure="see parsph show SCENE")
     for depth, part in enumerate(path):
-        place = place.setdefault(part, {}) if isinstance(place, dict) else _item(place, part, key)
+        place = place.setdefault(part, {}) if isinstance(place, dict) else _item(place, part, where)
         if not isinstance(place, dict | list):
             raise SceneError(
-                f"{'.'.join(path[: depth + 1])} is not a section", where=f"--set {key}", cure="see parsph show SCENE"
+                f"{shortened('.'.join(path[: depth + 1]))} is not a section", where=where, cure="see parsph show SCENE"
             )
     if isinstance(place, list):
-        _item(place, last, key)
+        _item(place, last, where)
         last = int(last)
     place[last] = copy.deepcopy(value)  # later overrides may reach into it
 
 
-def _item(items, number, key):
-    if not number.isdecimal() or int(number) >= len(items):
-        raise SceneError(f"{number!r} is not an item of the list", where=f"--set {key}", cure=f"0 to {len(items) - 1}")
+def _item(items, number, where):
+    if not (number.isdecimal() and len(number) < 9 and int(number) < len(items)):
+        cure = f"0 to {len(items) - 1}" if items else "none: the list is empty, so set it as a whole"
+        raise SceneError(f"{shown(number)} is not an item of the list", where=where, cure=cure)
     return items[int(number)]
 
 
 def fault_of(entry, model=Scene):
     """Turn one of pydantic's findings about a `model` into a fault with the nearest valid key or the key's description."""
     kinds = {"gauges": GAUGE_KINDS, "wavemaker": WAVE_KINDS}.get(entry["loc"][0] if entry["loc"] else None, ())
-    where = ".".join(str(part) for part in entry["loc"] if part not in kinds)  # kinds stand there, but are no keys
+    where = (
+        shortened(".".join(str(part) for part in entry["loc"] if part not in kinds)) or "''"
+    )  # kinds stand there, but are no keys
     model, field = _resolve(entry["loc"], model)
     if entry["type"] == "extra_forbidden":
         near = did_you_mean(entry["loc"][-1], model.model_fields).strip()
@@ -194,7 +224,7 @@ def fault_of(entry, model=Scene):
     message = entry["msg"][0].lower() + entry["msg"][1:]
     given = entry.get("input")
     if not isinstance(given, dict | list):
-        message += f", not {given!r}"
+        message += f", not {shown(given)}"
     return SceneError(message, where=where, cure=_cure(field))
 
 

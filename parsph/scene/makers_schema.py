@@ -6,8 +6,9 @@ from pydantic import Field
 
 from ..wavemakers.series import LENGTHS, TIMES
 from ..waves import REGULAR_THEORIES, SOLITARY_THEORIES, SPECTRA, dispersion, regular_wave
-from .fields import NotNegative, Point, Positive, Section
+from .fields import LARGEST, Count, FilePath, NotNegative, Number, Point, Positive, Section, Text
 
+MOST_ROWS = 10_000  # of a table of a spectrum
 _PERIOD = "one of period [s], frequency [Hz] and wavelength [m]"
 
 
@@ -19,7 +20,7 @@ class Oscillation(Section):
     stroke: Positive | None = Field(None, description="twice the amplitude of its way at the still-water level [m]")
     period: Positive = Field(description="period [s]")
     ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
-    cycles: Annotated[int, Field(ge=1)] | None = Field(None, description="so many oscillations; default: without end")
+    cycles: Count | None = Field(None, description="so many oscillations; default: without end")
 
 
 class Regular(Section):
@@ -38,11 +39,11 @@ class _OfSpectrum(Section):
     spectrum: Literal[*SPECTRA] = Field("jonswap", description="shape of the spectrum")
     period: Positive | None = Field(None, description="peak period Tp [s]; of jonswap and pierson-moskowitz")
     gamma: Annotated[float, Field(ge=1, le=20)] = Field(3.3, description="peak enhancement of jonswap [-]")
-    frequencies: Annotated[list[Positive], Field(min_length=2)] | None = Field(
+    frequencies: Annotated[list[Positive], Field(min_length=2, max_length=MOST_ROWS)] | None = Field(
         None, description="of the spectrum table, increasing [Hz]"
     )
-    densities: Annotated[list[NotNegative], Field(min_length=2)] | None = Field(
-        None, description="of the spectrum table, at its frequencies [m^2/Hz]"
+    densities: Annotated[list[Annotated[float, Field(ge=0, le=LARGEST)]], Field(min_length=2, max_length=MOST_ROWS)] | None = (
+        Field(None, description="of the spectrum table, at its frequencies [m^2/Hz]")
     )
     ramp: NotNegative | None = Field(None, description="duration of the smooth start [s]; default: two peak periods")
 
@@ -54,7 +55,9 @@ class Irregular(_OfSpectrum):
     height: Positive | None = Field(
         None, description="significant wave height Hs [m]; default, of table alone: that of the densities"
     )
-    seed: Annotated[int, Field(ge=0)] = Field(1, description="of the random phases; the same seed gives the same waves")
+    seed: Annotated[int, Field(ge=0, lt=2**64)] = Field(
+        1, description="of the random phases; the same seed gives the same waves"
+    )
     duration: Positive | None = Field(None, description="after so long the waves repeat [s]; default: the length of the run")
 
 
@@ -80,7 +83,7 @@ class Series(Section):
     """A measured motion of the plate, from a file of two columns, time and way."""
 
     kind: Literal["series"]
-    file: str = Field(
+    file: FilePath = Field(
         description="text file of two columns, time and way at the still-water level (or angle); # begins a comment; "
         "relative to the scene's file"
     )
@@ -117,8 +120,8 @@ class Wavemaker(Section):
     """A plate that makes waves, in place of the left wall or of a polygon wall."""
 
     kind: Literal["piston", "flap"] = Field("flap", description="a plate that slides along x, or one that turns about a hinge")
-    wall: str = Field("left", description="the wall that it moves: left, or the name of a polygon wall")
-    hinge: float | None = Field(
+    wall: Text = Field("left", description="the wall that it moves: left, or the name of a polygon wall")
+    hinge: Number | None = Field(
         None, description="height of a flap's hinge [m], on the vertical axis; may be below the bed; default: at the bed"
     )
     wave: Wave = Field(description="what it makes")
@@ -172,16 +175,16 @@ class Relaxation(Section):
 class Body(Section):
     """A wall that moves under the force of the fluid, along a line."""
 
-    wall: str = Field(description="the wall that moves: right or left (mirrors), or the name of a polygon wall")
+    wall: Text = Field(description="the wall that moves: right or left (mirrors), or the name of a polygon wall")
     direction: Point = Field([1.0, 0.0], description="of its way, x and up; of any length")
     mass: Positive = Field(description="per metre of width [kg/m]")
     stiffness: NotNegative = Field(0.0, description="of the spring that pulls it back, per metre of width [N/m^2]")
     damping: NotNegative = Field(0.0, description="of a damper, per metre of width [N s/m^2]")
-    threshold: Annotated[float, Field(ge=1)] = Field(
+    threshold: Annotated[float, Field(ge=1, le=LARGEST)] = Field(
         1.0, description="it rests until the force is so many times that of still water [-]; and sticks again below it"
     )
     friction: NotNegative = Field(0.0, description="force against the motion while it moves, per metre of width [N/m]")
-    preload: float | None = Field(
+    preload: Number | None = Field(
         None, description="force of the fluid along the way that a support carries [N/m]; default: that of still water"
     )
     stops: Point = Field(description="least and largest way [m]; it ends there, without bouncing")

@@ -129,26 +129,35 @@ def _signal(scene):
         return generation.solitary(Solitary(wave.height, depth, gravity, wave.theory), wave.start)
     if wave.kind == "series":
         return _recorded(scene), None
-    return generation.linear(*components_of(scene), depth, gravity, hinge, ramp_of(wave, scene.wave_period), scene.time.end)
+    rest = ramp_of(wave, scene.wave_period), scene.time.end, getattr(wave, "duration", None) or math.inf
+    return generation.linear(*components_of(scene), depth, gravity, hinge, *rest)
 
 
 def components_of(scene):
     """Return amplitudes [m], angular frequencies [1/s] and phases [rad] of an irregular or focused wave at the plate."""
     wave = scene.wavemaker.wave
-    spectrum = spectrum_of(wave)
+    spectrum, band = spectrum_of(wave), band_of(scene)
+    if wave.kind == "irregular":
+        found = components(spectrum, *band, wave.seed, jitter=wave.duration is None)
+    else:
+        found = focused(spectrum, wave.crest, *band, wave.place, wave.time, scene.depth, scene.domain.gravity)
+    return found.amplitude, 2 * math.pi * found.frequency, -found.phase
+
+
+def band_of(scene):
+    """Return lowest and highest frequency [Hz] of an irregular or focused wave, and the number of its components."""
+    wave = scene.wavemaker.wave
     low, high = BAND[0] / scene.wave_period, BAND[1] / scene.wave_period
     if wave.spectrum == "table":
         low, high = max(low, wave.frequencies[0]), min(high, wave.frequencies[-1])
-    if wave.kind == "irregular":
-        duration = wave.duration or scene.time.end
-        if wave.duration:  # in the middle of each step there is then a multiple of 1/duration, and the waves repeat exactly
-            low, high = (math.floor(low * duration) + 0.5) / duration, (math.ceil(high * duration) - 0.5) / duration
-        count = max(1, round(duration * (high - low)) if wave.duration else math.ceil(duration * (high - low)))
-        found = components(spectrum, low, high, count, wave.seed, jitter=wave.duration is None)
-    else:
-        count = math.ceil(FOCUS_RETURNS * wave.time * (high - low))
-        found = focused(spectrum, wave.crest, low, high, count, wave.place, wave.time, scene.depth, scene.domain.gravity)
-    return found.amplitude, 2 * math.pi * found.frequency, -found.phase
+    if wave.kind == "focused":
+        return low, high, math.ceil(FOCUS_RETURNS * wave.time * (high - low))
+    duration = wave.duration or scene.time.end
+    if not wave.duration:
+        return low, high, max(1, math.ceil(duration * (high - low)))
+    # in the middle of each step there is then a multiple of 1/duration, and the waves repeat exactly
+    low, high = (math.floor(low * duration) + 0.5) / duration, (math.ceil(high * duration) - 0.5) / duration
+    return low, high, max(1, round(duration * (high - low)))
 
 
 def spectrum_of(wave):

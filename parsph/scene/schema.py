@@ -18,10 +18,12 @@ from ..terms import CORRECTIONS, DENSITIES, DIFFUSIONS, FILTERS, SHIFTINGS, SPRA
 from ..walls import INTERPOLATORS, REPULSIONS, TREATMENTS, WEIGHTS
 from ..walls.mirror import SLIPS
 from ..waves import dispersion
-from .fields import Duration, NotNegative, Point, Positive, Section, Vector
+from .fields import LARGEST, Count, Duration, NotNegative, Number, Point, Positive, Section, Text, Vector
 from .makers_schema import Body, Relaxation, Wavemaker
 
 ELLIPSE_POINTS = 180
+MOST_POINTS, MOST_POLYGONS, MOST_BLOCKS = 2000, 100, 200  # of one polygon, of a scene: each is checked against all others
+MOST_GAUGES = 500  # each keeps a file open
 # Sides of the domain: the axis across them, and the way into the domain along it. Side walls come first, so that the bed
 # mirrors their images too: corners come of themselves.
 SILL = "left-sill"  # the wall below a flap that is hinged above the bed
@@ -64,7 +66,7 @@ class Block(Section):
 
     low: Vector = Field(description="lower corner [m]")
     high: Vector = Field(description="upper corner [m]")
-    points: Annotated[list[Point], Field(min_length=3)] | None = Field(
+    points: Annotated[list[Point], Field(min_length=3, max_length=MOST_POINTS)] | None = Field(
         None, description="vertices [m] of a polygon, in place of low and high (2D)"
     )
     ellipse: Ellipse | None = Field(None, description="an ellipse, in place of points (2D)")
@@ -74,11 +76,11 @@ class Block(Section):
         "pulse: a hump that travels to the right (shallow water)",
     )
     amplitude: NotNegative = Field(0.0, description="amplitude of the seiche, height of the pulse [m]")
-    pressure: float | None = Field(
+    pressure: Number | None = Field(
         None, description="the same pressure everywhere in the block at the beginning [Pa]; default: that of water at rest"
     )
     depth: Positive | None = Field(None, description="still-water depth [m]; for state shallow, and needed there")
-    center: float | None = Field(None, description="where the pulse begins [m]")
+    center: Number | None = Field(None, description="where the pulse begins [m]")
     width: Positive | None = Field(None, description="A [m] of the pulse exp(-(x - center)^2/A^2)")
 
     @model_validator(mode="before")
@@ -102,10 +104,10 @@ class FluidSection(Section):
     rho0: Positive = Field(
         1000.0, description="density [kg/m^3], on average over the depth of still water; shallow water needs none"
     )
-    level: float | None = Field(
+    level: Number | None = Field(
         None, description="still-water level [m]; default: top of the highest block, in shallow water the largest depth"
     )
-    blocks: list[Block] = Field(min_length=1, description="blocks of fluid")
+    blocks: list[Block] = Field(min_length=1, max_length=MOST_BLOCKS, description="blocks of fluid")
 
 
 class Wall(Section):
@@ -132,8 +134,10 @@ class Swing(Section):
 class Bulge(Section):
     """A deformation: an edge moves along its normal by ramp(t) sin(2 pi t / period) amplitude sin^2(pi s / length)."""
 
-    edge: Annotated[int, Field(ge=0)] = Field(description="which edge bulges: that from this point to the next, from 0")
-    amplitude: float = Field(description="of its middle [m]; positive: first into the fluid")
+    edge: Annotated[int, Field(ge=0, le=MOST_POINTS)] = Field(
+        description="which edge bulges: that from this point to the next, from 0"
+    )
+    amplitude: Number = Field(description="of its middle [m]; positive: first into the fluid")
     period: Positive = Field(description="period [s]")
     ramp: NotNegative = Field(0.0, description="duration of the smooth start [s]; 0: sudden")
 
@@ -141,9 +145,9 @@ class Bulge(Section):
 class PolygonWall(Section):
     """A wall along a line of any shape (2D)."""
 
-    name: str | None = Field(None, description="what gauges and messages call it; default: wall and number")
+    name: Text | None = Field(None, description="what gauges and messages call it; default: wall and number")
     ellipse: Ellipse | None = Field(None, description="an ellipse, in place of points")
-    points: Annotated[list[Point], Field(min_length=2)] = Field(description="vertices [m]")
+    points: Annotated[list[Point], Field(min_length=2, max_length=MOST_POINTS)] = Field(description="vertices [m]")
     fluid: Literal["left", "right", "inside", "outside"] = Field(
         "left",
         description="where the fluid is: left or right of an open line, walking from point to point, inside a closed polygon "
@@ -179,7 +183,7 @@ class WallsSection(Section):
     exchange: bool = Field(
         False, description="fluid that gets behind a mirror wall changes places with its image, where it would end the run else"
     )
-    polygons: list[PolygonWall] = Field([], description="walls of any shape (2D)")
+    polygons: list[PolygonWall] = Field([], max_length=MOST_POLYGONS, description="walls of any shape (2D)")
     interpolation: Literal[*INTERPOLATORS] = Field(
         "hydrostatic", description="how fixed ghosts get pressure and velocity of the fluid at their mirror points"
     )
@@ -223,9 +227,9 @@ class LevelGauge(Section):
     """Water level at a place; in shallow water the depth there."""
 
     kind: Literal["level"]
-    name: str | None = Field(None, description="name of the table; default: kind and number")
-    x: float = Field(description="position [m]")
-    y: float | None = Field(None, description="position across [m] (3D)")
+    name: Text | None = Field(None, description="name of the table; default: kind and number")
+    x: Number = Field(description="position [m]")
+    y: Number | None = Field(None, description="position across [m] (3D)")
     every: Positive = Field(0.02, description="sampling interval [s]")
 
 
@@ -233,10 +237,10 @@ class PressureGauge(Section):
     """Pressure at a point of the fluid or of a wall, or averaged over the extent of a transducer."""
 
     kind: Literal["pressure"]
-    name: str | None = Field(None, description="name of the table; default: kind and number")
+    name: Text | None = Field(None, description="name of the table; default: kind and number")
     point: Vector = Field(description="position [m]; the middle, where there is an extent")
     extent: Vector | None = Field(None, description="from end to end of the line that is averaged over [m]; default: a point")
-    wall: str | None = Field(
+    wall: Text | None = Field(
         None, description="what it is fixed to and moves with: a polygon wall, or a side with a wall (2D); default: nothing"
     )
     every: Positive = Field(0.01, description="sampling interval [s]")
@@ -246,7 +250,7 @@ class EnergyGauge(Section):
     """Mass, energies and momentum of a region."""
 
     kind: Literal["energy"]
-    name: str | None = Field(None, description="name of the table; default: kind and number")
+    name: Text | None = Field(None, description="name of the table; default: kind and number")
     low: Vector | None = Field(None, description="lower corner of the region [m]; default: everything")
     high: Vector | None = Field(None, description="upper corner of the region [m]; default: everything")
     every: Positive = Field(0.05, description="sampling interval [s]")
@@ -256,8 +260,8 @@ class ForceGauge(Section):
     """Force and moment of the fluid's pressure on a wall (2D, per metre of width)."""
 
     kind: Literal["force"]
-    name: str | None = Field(None, description="name of the table; default: kind and number")
-    wall: str = Field(description="name of a polygon wall, or a side of the domain: left, right, bottom, top")
+    name: Text | None = Field(None, description="name of the table; default: kind and number")
+    wall: Text = Field(description="name of a polygon wall, or a side of the domain: left, right, bottom, top")
     about: Point = Field([0.0, 0.0], description="what the moment is taken about [m]")
     every: Positive = Field(0.01, description="sampling interval [s]")
 
@@ -266,9 +270,9 @@ class RunupGauge(Section):
     """Run-up and shoreline: how far up a wall the water reaches (2D)."""
 
     kind: Literal["runup"]
-    name: str | None = Field(None, description="name of the table; default: kind and number")
-    wall: str = Field(description="name of a polygon wall, or a side of the domain: left, right")
-    x: float | None = Field(
+    name: Text | None = Field(None, description="name of the table; default: kind and number")
+    wall: Text = Field(description="name of a polygon wall, or a side of the domain: left, right")
+    x: Number | None = Field(
         None, description="near which place still water meets the wall that is meant [m]; needed where there are several"
     )
     every: Positive = Field(0.02, description="sampling interval [s]")
@@ -278,8 +282,8 @@ class BodyGauge(Section):
     """Force on a body, its way, velocity and acceleration, and the work of the force."""
 
     kind: Literal["body"]
-    name: str | None = Field(None, description="name of the table; default: kind and number")
-    wall: str = Field(description="wall of the body")
+    name: Text | None = Field(None, description="name of the table; default: kind and number")
+    wall: Text = Field(description="wall of the body")
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
@@ -302,7 +306,9 @@ class Numerics(Section):
         "none", description="linear: forces and density rates reproduce linear fields (Szmidt eqs. (25) to (31))"
     )
     c0: Positive | None = Field(None, description="sound speed [m/s]; default: c0_factor sqrt(g depth)")
-    c0_factor: Annotated[float, Field(ge=5)] = Field(20.0, description="sound speed over sqrt(g depth) [-], at least 5")
+    c0_factor: Annotated[float, Field(ge=5, le=LARGEST)] = Field(
+        20.0, description="sound speed over sqrt(g depth) [-], at least 5"
+    )
     state: Literal[*STATES] = Field("tait", description="equation of state")
     gamma: Annotated[float, Field(ge=1, le=15)] = Field(7.0, description="exponent of the Tait equation [-], 1 to 15")
     viscosity: Literal[*VISCOSITIES] = Field("none", description="viscosity of the momentum equation")
@@ -317,7 +323,7 @@ class Numerics(Section):
         "fall off at a free surface",
     )
     reinitialise: Literal[*FILTERS] = Field("none", description="densities are summed over neighbours anew from time to time")
-    reinitialise_every: Annotated[int, Field(ge=1)] = Field(20, description="steps between two re-initialisations")
+    reinitialise_every: Count = Field(20, description="steps between two re-initialisations")
     tensile_control: Literal[*TENSILE_CONTROLS] = Field("none", description="particles under suction repel instead of clumping")
     shifting: Literal[*SHIFTINGS] = Field("none", description="particles shift towards where there are fewer")
     shift: Annotated[float, Field(gt=0, le=10)] = Field(2.0, description="strength of the shifting [-]")
@@ -330,7 +336,7 @@ class Numerics(Section):
     precision: Literal["float64", "float32"] = Field(
         "float64", description="of the arithmetic of pairs; the state is always float64"
     )
-    density_range: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
+    density_range: Point | None = Field(
         None,
         description="the run stops when a density over rho0 leaves this range [-]; default: 0.7 to 1.3, "
         "in shallow water, where rho0 is the largest depth, 0 to 2",
@@ -396,15 +402,15 @@ class Scene(Section):
     Units are SI; the last axis points up. What a scene does not name is not modelled.
     """
 
-    title: str = Field("", description="one line for lists and plots")
+    title: Text = Field("", description="one line for lists and plots")
     domain: DomainSection
     fluid: FluidSection
     walls: WallsSection = WallsSection()
     wavemaker: Wavemaker | None = None
-    relaxation: list[Relaxation] = []
-    bodies: list[Body] = []
-    damping: list[Damping] = []
-    gauges: list[GaugeSection] = []
+    relaxation: Annotated[list[Relaxation], Field(max_length=2)] = []
+    bodies: Annotated[list[Body], Field(max_length=MOST_POLYGONS)] = []
+    damping: Annotated[list[Damping], Field(max_length=2)] = []
+    gauges: Annotated[list[GaugeSection], Field(max_length=MOST_GAUGES)] = []
     numerics: Numerics
     time: TimeSection
     output: Output = Output()

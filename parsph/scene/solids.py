@@ -6,6 +6,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..io.gauges import ascents
+from ..parallel import Communicator
 from ..walls import REPULSIONS, WEIGHTS, Barrier, FixedGhosts, Line, Lines, Markers, Strip
 from ..walls.mirror import SLIPS
 from ..wavemakers import Bulge, Swing
@@ -185,23 +186,27 @@ def ascent_of(scene, gauge):
     return found[0] if gauge.x is None else min(found, key=lambda ascent: abs(ascent.x - gauge.x))
 
 
-def fillings_of(scene):
-    """Return the `Lattice` of each block, or its `Filling` where it is a polygon or has walls in it."""
+def fillings_of(scene, communicator=None):
+    """Return the `Lattice` of each block, or its `Filling` where it is a polygon or has walls in it; the ranks of a
+    `communicator` share the counting in those.
+    """
     lattices = [Lattice.of(block, scene.numerics.dx) for block in scene.fluid.blocks]
     if not scene.lines and not any(block.points for block in scene.fluid.blocks):
         return lattices
     boundaries = tuple(boundary for boundary, _ in boundaries_of(scene))
-    return [_filling(*each, boundaries, scene.numerics.dx) for each in zip(scene.fluid.blocks, lattices, strict=True)]
+    communicator = communicator or Communicator()
+    blocks = zip(scene.fluid.blocks, lattices, strict=True)
+    return [_filling(block, lattice, boundaries, scene.numerics.dx, communicator) for block, lattice in blocks]
 
 
-def _filling(block, lattice, boundaries, dx):
+def _filling(block, lattice, boundaries, dx, communicator):
     from ..geometry import without
 
     shape = _shape(block)
     area = without(shape, boundaries)
     if block.points is None and shape.area - area.area < 1e-3 * dx**2:
         return lattice
-    return Filling(lattice, area, boundaries)
+    return Filling(lattice, area, boundaries, communicator)
 
 
 def _shape(block):

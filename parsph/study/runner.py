@@ -18,7 +18,7 @@ from ..errors import Interrupted, SceneError, Unfinished
 from ..io.checkpoints import has_checkpoint
 from ..io.folder import output_folder, write_whole
 from ..io.results import Results
-from ..parallel import parsph_command
+from ..parallel import python_command
 from ..progress import console, duration
 from ..run import resume, run
 from ..scene.load import scene_text
@@ -157,7 +157,7 @@ def run_row(study, place, which, communicator):
     """
     row = row_of(study, which)
     if place.status(row) == FINISHED:
-        console().print(f"row {row.name} is finished already", markup=False)
+        console().print(f"row {row.name} is finished already")
         return
     try:
         if place.begun(row):
@@ -199,7 +199,6 @@ def run_rows(study, place, jobs, ranks):
     done = len(rows) - len(todo)
     out.print(
         f"{study.name}: {len(rows)} rows, {done} finished; {jobs} at a time on {ranks} rank(s) each; {place.folder}",
-        markup=False,
     )
     children, stopping, lock, begin = {}, threading.Event(), threading.Lock(), time.perf_counter()
 
@@ -221,7 +220,7 @@ def run_rows(study, place, jobs, ranks):
             else:
                 place.fail(row, _last_error(place.log(row)), code)
                 told = f"FAILED: {place.why(row)}"
-            out.print(f"[{done}/{len(rows)}] {row.name}: {told}; eta {duration(left)}", markup=False)
+            out.print(f"[{done}/{len(rows)}] {row.name}: {told}; eta {duration(left)}")
 
     with ThreadPoolExecutor(jobs) as pool:
         try:
@@ -241,7 +240,7 @@ def _run_process(row, place, ranks, children, stopping):
     """Run a row in a process of its own; return its exit code."""
     folder = str(place.run_folder(row))
     wanted = ["resume", folder] if place.begun(row) else ["run", str(place.scene(row)), "--out", folder, "--overwrite"]
-    command = parsph_command(*wanted, ranks=ranks)
+    command = python_command("-m", "parsph", *wanted, ranks=ranks)
     with open(place.log(row), "w", encoding="utf-8") as log:
         process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
         children[row.name] = process

@@ -7,6 +7,7 @@ import json
 import time
 
 from rich.table import Table
+from rich.text import Text
 
 from ..errors import SceneError
 from ..progress import console
@@ -15,6 +16,7 @@ from . import (  # they register their cases in this order
     channels,  # noqa: F401
     ghosts,  # noqa: F401
     kernels,  # noqa: F401
+    robustness,  # noqa: F401
     shallow,  # noqa: F401
     treatments,  # noqa: F401
     wave_absorption,  # noqa: F401
@@ -69,6 +71,6 @@ def _table(rows):
     table = Table("case", "metric", "value", "unit", "bar", "pass")
     for row in rows:
         bar = "" if row["bar"] is None else f"<= {row['bar']:g}"
-        verdict = "" if row["bar"] is None else ("yes" if row["pass"] else "[bold red]NO")
+        verdict = "" if row["bar"] is None else ("yes" if row["pass"] else Text("NO", "bold red"))
         table.add_row(row["case"], row["metric"], f"{row['value']:.4g}", row["unit"], bar, verdict)
     return table

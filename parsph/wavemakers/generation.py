@@ -72,7 +72,7 @@ class SolitaryElevation:
         return float(self.wave.elevation(x - self.wave.celerity * (time - self.crest)))
 
 
-def linear(amplitudes, frequencies, phases, depth, gravity, hinge, duration_of_ramp, duration):
+def linear(amplitudes, frequencies, phases, depth, gravity, hinge, duration_of_ramp, duration, repeats=math.inf):
     """Return the motion of the plate that makes ``sum a_j cos(w_j t + p_j)`` at its place, and the `Elevation`.
 
     Parameters
@@ -83,11 +83,11 @@ def linear(amplitudes, frequencies, phases, depth, gravity, hinge, duration_of_r
         [m], [m/s^2]
     hinge : float or None
         Height of a flap's hinge over the depth; None for a piston.
-    duration_of_ramp, duration : float
-        [s]
+    duration_of_ramp, duration, repeats : float
+        [s], see `Harmonics`.
     """
     wavenumbers, far = _response(frequencies, depth, gravity, hinge)
-    motion = Harmonics(amplitudes / far, frequencies, phases, duration_of_ramp, duration)
+    motion = Harmonics(amplitudes / far, frequencies, phases, duration_of_ramp, duration, repeats)
     return motion, Elevation(motion, wavenumbers, far, depth, hinge)
 
 
@@ -123,13 +123,14 @@ def regular(height, wave, depth, gravity, hinge, order, duration_of_ramp, durati
     if order == 2:
         amplitude = float(regular_wave(height, depth, gravity, wavelength=wave.wavelength).elevations[0])
     amplitudes, frequencies, phases = [amplitude / far], [w], [0.0]
-    first = Harmonics(np.array(amplitudes), np.array(frequencies), np.array(phases), duration_of_ramp, duration)
+    rest = duration_of_ramp, duration, wave.period
+    first = Harmonics(np.array(amplitudes), np.array(frequencies), np.array(phases), *rest)
     elevation = Elevation(first, np.array([wave.wavenumber]), np.array([far]), depth, hinge)
     if order == 1:
         return first, elevation
     second = second_order_full(2 * amplitude, kd, depth, hinge)
     both = np.array([*amplitudes, abs(second)]), np.array([w, 2 * w]), np.array([0.0, np.angle(second)])
-    return Harmonics(*both, duration_of_ramp, duration), elevation
+    return Harmonics(*both, *rest), elevation
 
 
 def solitary(wave, start):

@@ -10,6 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+LOOKS = 20  # per shortest period, for extremes
+
 
 def ramp(time, duration):
     """Return r, dr/dt [1/s], d2r/dt2 [1/s^2] of ``r(t) = (1 - cos(pi t / T))/2`` up to T = `duration` [s], and 1 after it."""
@@ -81,6 +83,8 @@ class Harmonics:
         Duration of the smooth start [s].
     duration : float
         Up to when it is asked for [s]: `extent` is that of this time.
+    repeats : float
+        Time [s] after which it repeats once the ramp is over; inf where it does not.
     """
 
     amplitudes: np.ndarray
@@ -88,6 +92,7 @@ class Harmonics:
     phases: np.ndarray
     ramp: float
     duration: float
+    repeats: float = math.inf
 
     def at(self, time):
         """Return the value at `time` [s] and its two derivatives."""
@@ -100,9 +105,9 @@ class Harmonics:
 
     @cached_property
     def extent(self):
-        """The least and the largest value, looked for at 20 times per shortest period up to `duration`."""
-        step = 2 * math.pi / self.frequencies.max() / 20
-        times = np.arange(0.0, self.duration + step, step)
+        """The least and the largest value, looked for at 20 times per shortest period up to `duration`, or until it repeats."""
+        step, until = 2 * math.pi / self.frequencies.max() / LOOKS, min(self.duration, self.ramp + self.repeats)
+        times = step * np.arange(int(max(0.0, until - self.repeats) / step), math.ceil(until / step + 1))
         parts = np.array_split(times, math.ceil(len(times) / 1000))
         values = [np.sin(part[:, None] * self.frequencies + self.phases) @ self.amplitudes for part in parts]
         values = np.concatenate(values) * [ramp(time, self.ramp)[0] for time in times]

@@ -22,6 +22,8 @@ from ..errors import SceneError, did_you_mean
 from .limits import highest_wave, ursell
 from .linear import _one_of, _positive, dispersion
 
+SHORTEST = {"stokes": 0.05, "others": 0.01}  # of the depth
+MOST_SOLUTIONS = 25  # of steady waves on the way to that of a period, which takes about ten
 STOKES = 40.0  # of H L^2/d^3: Hedges (1995), Regions of validity of analytical wave theories, Proc. ICE 112, 111-114
 
 
@@ -153,11 +155,17 @@ def regular_wave(height, depth, gravity, period=None, frequency=None, wavelength
     _positive(period=period, frequency=frequency, wavelength=wavelength)
     asked = 1 / frequency if frequency is not None else period
 
+    @lru_cache  # a search comes back to the ends of its bracket
     def wave_of(length):
         return _raschii(theory, height, depth, length, gravity, order)
 
     if wavelength is None:
         wavelength = dispersion(depth, gravity, period=asked).wavelength
+    shortest = SHORTEST["stokes" if theory == "stokes" else "others"] * depth
+    if wavelength < shortest:
+        why = "its hyperbolic functions of the depth overflow, and it feels no bed"
+        cure = f"at least {shortest:.3g} m, or shallower water"
+        raise SceneError(f"is {wavelength:.3g} m on {depth:g} m of water", "wavelength", why, cure)
     if theory != "airy":
         _steady(theory, height, depth, 1.3 * wavelength if asked else wavelength)  # waves of a period are longer, if nonlinear
         if asked:
@@ -190,8 +198,12 @@ def _raschii(theory, height, depth, length, gravity, order):
     order = order or min(30, max(10, round(1.2 * length / depth)))
     for relax in (1.0, 0.5):  # Newton's steps, and halves of them for what these do not find
         try:
-            return raschii.FentonWave(height, depth, length, N=order, g=gravity, relax=relax)
-        except (raschii.RaschiiError, np.linalg.LinAlgError) as error:
+            with np.errstate(all="ignore"):  # Newton's steps may go astray and come back
+                wave = raschii.FentonWave(height, depth, length, N=order, g=gravity, relax=relax)
+            if math.isfinite(wave.c):
+                return wave
+            last = ArithmeticError("a speed that is not finite")
+        except (raschii.RaschiiError, np.linalg.LinAlgError, ArithmeticError) as error:
             last = error
     why = f"the stream function's equations have no solution that could be found ({' '.join(str(last).split())})"
     cure = "a lower wave or another order"
@@ -202,7 +214,13 @@ def _length_of(wave_of, period, linear):
     """Return the wavelength at which a wave has the `period`, starting from linear theory's."""
     from scipy.optimize import brentq
 
+    tried = set()
+
     def late(length):
+        tried.add(length)
+        if len(tried) > MOST_SOLUTIONS:
+            why = "near the highest wave, and in very long ones, the equations have several solutions, which take turns"
+            raise SceneError(f"no wave of {period:g} s could be found", "height", why, "a lower or shorter wave")
         return length / wave_of(length).c - period
 
     low, high = 0.999 * linear, 1.05 * linear

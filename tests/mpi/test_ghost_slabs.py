@@ -103,8 +103,9 @@ def test_polygon_walls_are_the_same_on_all_ranks_to_the_bit(communicator, monkey
 
 
 @pytest.mark.parametrize("interpolation", ["hydrostatic", "mls2"])
-def test_a_wall_that_swings_over_slab_borders_is_the_same_on_all_ranks_to_the_bit(communicator, interpolation):
-    """Its ghosts and mirror points change columns and owners while it runs."""
+def test_a_wall_that_swings_over_slab_borders_is_the_same_on_all_ranks_to_the_bit(communicator, monkeypatch, interpolation):
+    """Its ghosts and mirror points change columns and owners while it runs, and cuts stay."""
+    monkeypatch.setattr(parsph.simulation, "BALANCE_EVERY", 1000)
     keys = scene(interpolation, (TANK, FLAP)).model_dump(exclude_unset=True)
     keys["fluid"] = {"blocks": [{"points": [[0.0, 0.0], [0.7, 0.0], [1.0, 0.2], [1.0, 0.28], [0.0, 0.28]]}]}
     keys["gauges"] += [
