@@ -139,8 +139,7 @@ def test_damaged_files(tmp_path):
 
 
 def test_settings():
-    scenes = st.sampled_from(("seiche", "swe-pulse", "still", "pool"))
-    through("settings", st.tuples(scenes, st.lists(odd_scenes.settings_to_set, min_size=1, max_size=3)))
+    through("settings", odd_scenes.scene_and_settings())
 
 
 # --- too large -------------------------------------------------------------------------------------------------------
