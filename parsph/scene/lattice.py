@@ -89,7 +89,7 @@ class Lattice:
 
 
 class Survey(NamedTuple):
-    """What stands on each line of a lattice: number of particles, and the smallest and largest x of them [m], shapes (lines,)."""
+    """What stands on each line of a lattice: number of particles, and their smallest and largest x [m], shapes (lines,)."""
 
     counts: np.ndarray
     low: np.ndarray
