@@ -1,4 +1,8 @@
-"""Snapshots of the fluid, and a series file over all of them."""
+"""Snapshots of the fluid, and a series file over all of them.
+
+The series refers to the snapshots, and where these are many to files over `TOGETHER` of them, each of which is written once.
+So what it takes to write it, time and memory, grows by two references in a hundred snapshots.
+"""
 
 import json
 import time
@@ -18,6 +22,8 @@ from .polydata import created, in_space, root_of, rows_of, write_polydata
 POINT_DATA = ("id", "kind", *(field.name for field in FIELDS if field.snapshot))
 KINDS = "0: fluid"
 LARGEST_SHARE = 0.02  # of the time that the series over all snapshots may take
+TOGETHER = 100  # snapshots in a file of their own of the series
+CACHE = 1024  # bytes: HDF5 would keep all references of a series until it is written, 4 kB each
 
 
 def write_snapshot(path, simulation, scene_text, precision, moments=None):
@@ -62,9 +68,9 @@ def clock_of(simulation):
 
 
 class Written(NamedTuple):
-    """A snapshot on disk: file name, time [s], and the numbers of its parts and its particles."""
+    """Snapshots on disk: file in the run's folder, time of the first [s], and numbers of parts and particles of all."""
 
-    name: str
+    file: str
     time: float
     parts: int
     points: int
@@ -91,7 +97,7 @@ class SnapshotWriter(Observer):
         super().__init__(every)
         self.folder, self.scene_text, self.precision, self.moments = folder, scene_text, precision, moments
         self.written, self.count, self.last_time = [], 0, None
-        self._series = 0  # so many snapshots are in it
+        self._series = self._parts = 0  # so many snapshots are in it, so many files of their own has it
         self._series_ended = self._series_took = 0.0  # by the clock [s], the last time that it was written
 
     def begin(self, simulation):
@@ -102,7 +108,7 @@ class SnapshotWriter(Observer):
 
     def _earlier(self, now):
         """Return what is there of the run up to `now` [s]; what came after is written again."""
-        written = [_read(path) for path in sorted((self.folder / "snapshots").glob("*.vtkhdf"))]
+        written = [_read(self.folder, path) for path in sorted((self.folder / "snapshots").glob("*.vtkhdf"))]
         return [snapshot for snapshot in written if snapshot.time <= now]
 
     def observe(self, simulation):
@@ -111,7 +117,8 @@ class SnapshotWriter(Observer):
             points = write_snapshot(path, simulation, self.scene_text, self.precision, self.moments)
         self.count, self.last_time = self.count + 1, simulation.time
         if simulation.communicator.rank == 0:
-            self.written.append(Written(path.name, simulation.time, simulation.communicator.size, points))
+            name = str(path.relative_to(self.folder))
+            self.written.append(Written(name, simulation.time, simulation.communicator.size, points))
         simulation.communicator.on_root(self._extend_series)
 
     def finish(self, simulation):
@@ -133,7 +140,7 @@ class SnapshotWriter(Observer):
         if self._series == len(self.written):
             return
         begin = time.monotonic()
-        write_series(self.folder, self.written)
+        self._parts = write_series(self.folder, self.written, self._parts)
         self._series, self._series_ended = len(self.written), time.monotonic()
         self._series_took = self._series_ended - begin
 
@@ -141,6 +148,9 @@ class SnapshotWriter(Observer):
         """Remove what a run has left that was interrupted and then went on with fewer snapshots."""
         for path in (self.folder / "snapshots").glob("*.vtkhdf"):
             if int(path.stem) >= self.count:
+                path.unlink()
+        for path in (self.folder / "series").glob("*.vtkhdf"):
+            if int(path.stem) >= self.count // TOGETHER:
                 path.unlink()
 
 
@@ -152,31 +162,62 @@ class Shape(NamedTuple):
     unit: str
 
 
-def write_series(folder, snapshots):
-    """Write ``series.vtkhdf``: all `snapshots`, a list of `Written`, as one time series of virtual datasets."""
-    shapes = _shapes(folder / "snapshots" / snapshots[-1].name)
-    rows = {name: [rows_of(name, snapshot.points, snapshot.parts) for snapshot in snapshots] for name in shapes}
-    with created(folder / "series.vtkhdf") as file:
+def write_series(folder, snapshots, parts=0):
+    """Write ``series.vtkhdf``: all `snapshots`, a list of `Written`, as one time series of virtual datasets.
+
+    Parameters
+    ----------
+    folder : Path
+        The run's folder.
+    snapshots : list of Written
+    parts : int
+        So many files of their own are there already.
+
+    Returns
+    -------
+    int
+        So many are there now.
+    """
+    shapes, pieces = _shapes(folder / snapshots[-1].file), []
+    whole = len(snapshots) // TOGETHER
+    for number in range(whole):
+        name, together = f"series/{number:05d}.vtkhdf", snapshots[number * TOGETHER : (number + 1) * TOGETHER]
+        if number >= parts:
+            (folder / "series").mkdir(exist_ok=True)
+            _write_joined(folder / name, shapes, [each._replace(file=f"../{each.file}") for each in together], together)
+        sums = (sum(getattr(each, what) for each in together) for what in ("parts", "points"))
+        pieces.append(Written(name, together[0].time, *sums))
+    _write_joined(folder / "series.vtkhdf", shapes, [*pieces, *snapshots[whole * TOGETHER :]], snapshots)
+    return whole
+
+
+def _write_joined(path, shapes, pieces, snapshots):
+    """Write one file over `pieces`, which hold the time steps of `snapshots`."""
+    with created(path) as file:
+        cache = file.id.get_mdc_config()
+        cache.set_initial_size, cache.initial_size, cache.min_size, cache.max_size = True, CACHE, CACHE, CACHE
+        file.id.set_mdc_config(cache)
         root = root_of(file)
         for name, shape in shapes.items():
-            _join(root, name, shape, rows[name], snapshots)
-        _steps(root, rows, snapshots)
+            _join(root, name, shape, pieces)
+        _steps(root, shapes, snapshots)
 
 
-def _join(root, name, shape, lengths, snapshots):
-    """Create the virtual dataset `name` from those of all snapshots, one behind the other.
+def _join(root, name, shape, pieces):
+    """Create the virtual dataset `name` from those of all pieces, one behind the other.
 
-    h5py's own layouts take a tenth of a second for a few dozen snapshots, ten times as long as writing one.
+    h5py's own layouts take a tenth of a second for a few dozen pieces, ten times as long as writing a snapshot.
     """
+    lengths = [rows_of(name, piece.points, piece.parts) for piece in pieces]
     space = h5py.h5s.create_simple((sum(lengths), *shape.row))
     creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     first = 0
-    for snapshot, length in zip(snapshots, lengths, strict=True):
+    for piece, length in zip(pieces, lengths, strict=True):
         if length:
             place = space.copy()
             place.select_hyperslab((first,) + (0,) * len(shape.row), (length, *shape.row))
             source = h5py.h5s.create_simple((length, *shape.row))
-            creation.set_virtual(place, f"snapshots/{snapshot.name}".encode(), f"VTKHDF/{name}".encode(), source)
+            creation.set_virtual(place, piece.file.encode(), f"VTKHDF/{name}".encode(), source)
         first += length
     links = h5py.h5p.create(h5py.h5p.LINK_CREATE)
     links.set_create_intermediate_group(True)
@@ -185,9 +226,14 @@ def _join(root, name, shape, lengths, snapshots):
     h5py.Dataset(dataset).attrs["unit"] = shape.unit
 
 
-def _steps(root, rows, snapshots):
-    """The ``Steps`` group: where each time step begins in every dataset, from the `rows` of each in all snapshots."""
-    begins = {name: np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64) for name, lengths in rows.items()}
+def _steps(root, names, snapshots):
+    """The ``Steps`` group: where each time step begins in every dataset."""
+
+    def begin(name):
+        lengths = [rows_of(name, snapshot.points, snapshot.parts) for snapshot in snapshots]
+        return np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64)
+
+    begins = {name: begin(name) for name in names}
     steps = root.create_group("Steps")
     steps.attrs["NSteps"] = len(snapshots)
     steps["Values"] = np.array([snapshot.time for snapshot in snapshots])
@@ -197,16 +243,16 @@ def _steps(root, rows, snapshots):
     cells = np.stack([begins[f"{kind}/Connectivity"] for kind in ("Vertices", "Lines", "Strips", "Polygons")], axis=1)
     steps["CellOffsets"] = cells
     steps["ConnectivityIdOffsets"] = cells
-    for name in rows:
+    for name in names:
         if name.startswith("PointData/"):
             steps[f"PointDataOffsets/{name.removeprefix('PointData/')}"] = begins[name]
 
 
-def _read(path):
-    """Return what a snapshot on disk is, a `Written`."""
+def _read(folder, path):
+    """Return what a snapshot in a run's folder is, a `Written`."""
     with h5py.File(path) as file:
         counts = file["VTKHDF/NumberOfPoints"][:]
-        return Written(path.name, float(file["parsph"].attrs["time [s]"]), len(counts), int(counts.sum()))
+        return Written(str(path.relative_to(folder)), float(file["parsph"].attrs["time [s]"]), len(counts), int(counts.sum()))
 
 
 def _shapes(path):
