@@ -62,11 +62,8 @@ def write_checkpoint(path, simulation, scene_text, totals):
     for field in layout.fields:
         if field.lasting:
             data["Points" if field.name == "position" else field.name] = partial(_copied, field, p, rows)
-    sums = {}
-    for name, values in data.items():  # one copy at a time is in memory, here and when they are written
-        found = values()
-        _check_finite(name, data["id"], found, simulation.time)
-        sums[name] = _checksum(found)
+    # each is copied twice, here and to be written, so that one copy at a time is in memory
+    sums = {name: _examined(name, values(), data["id"], simulation.time) for name, values in data.items()}
     counts = np.diff(np.searchsorted(rows, simulation.domain.column_bounds()))
     parts = communicator.allgather((sums, counts))
     memory = {
@@ -91,12 +88,14 @@ def _checksum(values, begun=0):
     return zlib.crc32(np.ascontiguousarray(values).data, begun)
 
 
-def _check_finite(name, ids, values, now):
-    bad = ~np.isfinite(values).reshape(len(values), -1).all(axis=1)
+def _examined(name, values, ids, now):
+    """Return the checksum of values that are all finite."""
+    bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
     if bad.any():
         name = "position" if name == "Points" else name
         what = f"particle {ids()[np.argmax(bad)]}: {name} is not a number at t = {now:.6g} s"
         raise RunError(what, cure="go on from the checkpoint before with a smaller time.cfl, or more diffusion or viscosity")
+    return _checksum(values)
 
 
 class Checkpoint:

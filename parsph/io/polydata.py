@@ -171,7 +171,7 @@ def rows_of(name, points, parts):
 
 def _write(file, communicator, counts, datasets, units, attributes, texts):
     """Write all there is; of every rank that has the file open."""
-    root, points, parts = root_of(file), int(counts.sum()), len(counts)
+    root, parts = root_of(file), len(counts)
     root["NumberOfPoints"] = counts
     for cells in CELLS:
         for number in ("NumberOfCells", "NumberOfConnectivityIds"):
@@ -187,12 +187,8 @@ def _write(file, communicator, counts, datasets, units, attributes, texts):
         text = text.encode()  # of fixed length: parallel HDF5 cannot write strings of variable length
         meta.create_dataset(name, data=np.array(text, h5py.string_dtype("utf-8", len(text))))
     for name, values in datasets.items():
-        values = values()
-        dataset = root.create_dataset(name, (rows_of(name, points, parts), *values.shape[1:]), values.dtype)
-        field = name.rsplit("/")[-1]
-        if field in units:
-            dataset.attrs["unit"] = units[field]
-        _fill(dataset, values, [rows_of(name, count, 1) for count in counts.tolist()], communicator)
+        sizes = [rows_of(name, count, 1) for count in counts.tolist()]
+        _write_dataset(root, name, values(), sizes, units.get(name.rsplit("/")[-1]), communicator)
 
 
 def root_of(file):
@@ -201,6 +197,13 @@ def root_of(file):
     root.attrs["Version"] = np.array([2, 0])
     root.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", len("PolyData")))
     return root
+
+
+def _write_dataset(root, name, values, sizes, unit, communicator):
+    dataset = root.create_dataset(name, (sum(sizes), *values.shape[1:]), values.dtype)
+    if unit is not None:
+        dataset.attrs["unit"] = unit
+    _fill(dataset, values, sizes, communicator)
 
 
 def _fill(dataset, values, sizes, communicator):

@@ -10,7 +10,7 @@ import numpy as np
 from ..parallel import Communicator
 
 PLACED = 1_000_000  # particles that are placed in order to count them
-BLOCK = 1 << 17  # places that are looked at together
+BLOCK = 1 << 15  # places that are looked at together
 
 
 @dataclass(frozen=True)
