@@ -1,4 +1,4 @@
-"""How much memory this process may use."""
+"""How much memory this process may use, and uses."""
 
 import math
 import os
@@ -23,3 +23,12 @@ def memory_here():
             continue
         limits += [int(text)] * text.isdecimal()  # "max" is none
     return min(limits)
+
+
+def resident_memory():
+    """Return the bytes of memory that this process has at the moment; nan: unknown."""
+    try:
+        pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
+    except OSError:
+        return math.nan
+    return int(pages) * os.sysconf("SC_PAGE_SIZE")

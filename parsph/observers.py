@@ -44,6 +44,9 @@ class Observer:
     def finish(self, simulation):
         """Called once after the last step."""
 
+    def close(self):
+        """Called once at the end, also of a run that failed, when other ranks may be gone."""
+
 
 class Signals:
     """Notes what asks a run to end - Ctrl-C, SIGTERM, SIGUSR1 - inside a ``with`` block, so that it hits no file half written

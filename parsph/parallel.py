@@ -55,12 +55,12 @@ class Communicator:
         """Return the smallest `value` of all ranks; of an array, element by element."""
         return value
 
-    def send(self, item, rank):
-        """Send a picklable `item` to `rank`."""
+    def send(self, array, rank):
+        """Send a contiguous `array` to `rank`, as soon as that is there to receive it."""
         raise RuntimeError("one rank has nobody to send to")
 
-    def receive(self, rank):
-        """Return what `rank` sent."""
+    def receive(self, array, rank):
+        """Fill a contiguous `array` with what `rank` sends."""
         raise RuntimeError("one rank has nobody to receive from")
 
     def stack(self, array):
@@ -117,11 +117,11 @@ class MpiCommunicator(Communicator):
         self.comm.Allreduce(self.mpi.IN_PLACE, result, self.mpi.MIN)
         return result if result.ndim else float(result)
 
-    def send(self, item, rank):
-        self.comm.send(item, rank, tag=9)
+    def send(self, array, rank):
+        self.comm.Ssend(array, rank, tag=9)  # what is sent ahead would pile up in the receiver's memory
 
-    def receive(self, rank):
-        return self.comm.recv(source=rank, tag=9)
+    def receive(self, array, rank):
+        self.comm.Recv(array, rank, tag=9)
 
     def stack(self, array):
         self.collectives["Gather"] += 1

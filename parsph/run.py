@@ -184,7 +184,8 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
         try:
             simulation.run()
         finally:
-            log.close()
+            for observer in simulation.observers:
+                observer.close()
     summary = _summary(scene, simulation, folder, name, account, log.total)
     communicator.on_root(lambda: _close(folder, summary))
     _print_end(simulation, summary)

@@ -10,6 +10,7 @@ import json
 import signal
 import time
 import zlib
+from functools import partial
 
 import h5py
 import numpy as np
@@ -63,37 +64,44 @@ def write_checkpoint(path, simulation, scene_text, totals):
     """
     communicator, p = simulation.communicator, simulation.particles
     rows, layout = p.fluid, p.layout
-    data = {"id": identities(p.tags[rows])}
+    data = {"id": lambda: identities(p.tags[rows])}
     for field in layout.fields:
         if field.lasting:
-            values = p.field(field.name, rows)
-            data[field.name] = in_space(values) if field.rank == 1 else values
-            _check_finite(field, data["id"], values, simulation.time)
-    points = data.pop("position")
+            data["Points" if field.name == "position" else field.name] = partial(_copied, field, p, rows)
+    # each is copied twice, here and to be written, so that one copy at a time is in memory
+    sums = {name: _examined(name, values(), data["id"], simulation.time) for name, values in data.items()}
     counts = np.diff(np.searchsorted(rows, simulation.domain.column_bounds()))
-    parts = communicator.allgather(({"Points": _checksum(points), **{k: _checksum(v) for k, v in data.items()}}, counts))
+    parts = communicator.allgather((sums, counts))
     memory = {
         "simulation": simulation.memory(),
         "totals": totals,
-        "checksums": {name: [sums[name] for sums, _ in parts] for name in parts[0][0]},
+        "checksums": {name: [sums[name] for sums, _ in parts] for name in sums},
         "column counts": np.concatenate([counts for _, counts in parts]).tolist(),
     }
     text = json.dumps(memory)
     units = {field.name: simulation.state.unit(field) for field in layout.fields}
     attributes = {**clock_of(simulation), "memory checksum": zlib.crc32(text.encode())}
     texts = {"scene": scene_text, "memory": text}
-    write_polydata(path, communicator, points, data, units, attributes, texts, durable=True)
+    write_polydata(path, communicator, len(rows), data, units, attributes, texts, durable=True)
+
+
+def _copied(field, particles, rows):
+    values = particles.field(field.name, rows)
+    return in_space(values) if field.rank == 1 else values
 
 
 def _checksum(values, begun=0):
     return zlib.crc32(np.ascontiguousarray(values).data, begun)
 
 
-def _check_finite(field, ids, values, now):
-    bad = ~np.isfinite(values).reshape(len(values), -1).all(axis=1)
+def _examined(name, values, ids, now):
+    """Return the checksum of values that are all finite."""
+    bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
     if bad.any():
-        what = f"particle {ids[np.argmax(bad)]}: {field.name} is not a number at t = {now:.6g} s"
+        name = "position" if name == "Points" else name
+        what = f"particle {ids()[np.argmax(bad)]}: {name} is not a number at t = {now:.6g} s"
         raise RunError(what, cure="go on from the checkpoint before with a smaller time.cfl, or more diffusion or viscosity")
+    return _checksum(values)
 
 
 class Checkpoint:

@@ -148,5 +148,5 @@ def _empty(folder):
     with Claim(folder):
         for entry in ("scene.json", "series.vtkhdf", "summary.json"):
             (folder / entry).unlink(missing_ok=True)
-        for entry in ("snapshots", "gauges", "checkpoints"):
+        for entry in ("snapshots", "series", "gauges", "checkpoints"):
             shutil.rmtree(folder / entry, ignore_errors=True)

@@ -1,10 +1,17 @@
 """The layout of particle files: VTKHDF PolyData, one part per rank, complete or absent.
 
-Where h5py is built with MPI all ranks write collectively; elsewhere rank 0 takes the parts of the others one after another,
-so that its memory holds one part at a time. Both write the same datasets.
+Where h5py is built with MPI all ranks write collectively; elsewhere rank 0 takes the parts of the others, one after another in
+pieces of a bounded size. Both write the same datasets, one after another, so that no rank holds a copy of more than one.
+
+Datasets are contiguous, not chunked: each rank writes, and later reads, one slice of each, which is one stretch of the file.
+Chunks would be larger or smaller than such slices, which differ between ranks and move from file to file, so two ranks would
+share them; they serve to compress or to enlarge datasets, which particle files do not need. Datasets begin at multiples of
+`ALIGNMENT`. What else a parallel file system needs is said outside: stripes of a folder (``lfs setstripe``), and hints to
+MPI's files, by a file that the variable ``ROMIO_HINTS`` names.
 """
 
 import io
+import math
 import os
 from contextlib import contextmanager
 
@@ -15,6 +22,8 @@ from .. import __version__
 from .folder import writing
 
 ALIGNMENT = 1 << 20  # bytes: parallel file systems hand out, and lock, stripes of a megabyte or multiples of it
+PIECE = 1 << 26  # bytes that rank 0 holds of others at a time
+CELLS = "Vertices", "Lines", "Polygons", "Strips"
 
 
 def in_space(values):
@@ -91,17 +100,18 @@ def created(path, durable=False, **options):
         os.replace(temporary, path)
 
 
-def write_polydata(path, communicator, points, data, units, attributes, texts, durable=False):
+def write_polydata(path, communicator, count, data, units, attributes, texts, durable=False):
     """Write particles to `path`; collective.
 
     Parameters
     ----------
     path : Path
     communicator : Communicator
-    points : ndarray, shape (n, 3)
-        Positions of this rank's particles [m].
-    data : dict of str to ndarray, shape (n, ...)
-        What is known of them.
+    count : int
+        Number of this rank's particles.
+    data : dict of str to callable
+        What is known of them: each is called once and returns an ndarray, shape (count, ...); "Points" are their positions [m],
+        shape (count, 3).
     units : dict of str to str
         Units of the data, by name.
     attributes : dict
@@ -111,31 +121,34 @@ def write_polydata(path, communicator, points, data, units, attributes, texts, d
     durable : bool
         Whether the file is to be on the disk, not only with the operating system, before its name says that it is complete.
 
+    Returns
+    -------
+    int
+        Number of particles of all ranks.
+
     Raises
     ------
     RunError
         When it cannot be written; nothing is left of it.
     """
-    count = len(points)
-    part = {"Points": points, **{f"PointData/{name}": values for name, values in data.items()}}
-    part["Vertices/Connectivity"] = np.arange(count, dtype=np.int32)
-    part["Vertices/Offsets"] = np.arange(count + 1, dtype=np.int32)
+    datasets = {name if name == "Points" else f"PointData/{name}": values for name, values in data.items()}
+    datasets["Vertices/Connectivity"] = lambda: np.arange(count, dtype=np.int32)
+    datasets["Vertices/Offsets"] = lambda: np.arange(count + 1, dtype=np.int32)
     counts = np.array(communicator.allgather(count))
     options = {"alignment_threshold": ALIGNMENT, "alignment_interval": ALIGNMENT}
     if communicator.size > 1 and h5py.get_config().mpi:
         temporary = path.with_suffix(".partial")
         with writing(temporary), h5py.File(temporary, "w", driver="mpio", comm=communicator.comm, **options) as file:
-            _declare(file, part, counts, units, attributes, texts)
-            _fill(file, part, counts, communicator.rank, collective=True)
+            _write(file, communicator, counts, datasets, units, attributes, texts)
         communicator.on_root(lambda: _publish(temporary, path, durable))
     elif communicator.rank == 0:
         with created(path, durable, **options) as file:
-            _declare(file, part, counts, units, attributes, texts)
-            for rank in range(communicator.size):
-                _fill(file, communicator.receive(rank) if rank else part, counts, rank)
+            _write(file, communicator, counts, datasets, units, attributes, texts)
     else:
-        communicator.send(part, 0)
+        for values in datasets.values():
+            _send(values(), communicator)
     communicator.barrier()
+    return int(counts.sum())
 
 
 def _publish(temporary, path, durable):
@@ -146,25 +159,26 @@ def _publish(temporary, path, durable):
         os.replace(temporary, path)
 
 
-def _declare(file, part, counts, units, attributes, texts):
-    """Create all datasets and the metadata; every rank alike."""
-    root = root_of(file)
-    total, parts = int(counts.sum()), len(counts)
+def rows_of(name, points, parts):
+    """Return how many rows the dataset `name` has in a file of so many particles in so many parts."""
+    group, _, field = name.rpartition("/")
+    if group in CELLS[1:]:
+        points = 0  # there are none of these
+    if field.startswith("NumberOf"):
+        return parts
+    return points + parts if field == "Offsets" else points
+
+
+def _write(file, communicator, counts, datasets, units, attributes, texts):
+    """Write all there is; of every rank that has the file open."""
+    root, parts = root_of(file), len(counts)
     root["NumberOfPoints"] = counts
-    for cells in ("Vertices", "Lines", "Polygons", "Strips"):
-        group = root.create_group(cells)
-        filled = cells == "Vertices"
-        group["NumberOfCells"] = counts if filled else np.zeros(parts, int)
-        group["NumberOfConnectivityIds"] = counts if filled else np.zeros(parts, int)
-        if not filled:
-            group["Offsets"] = np.zeros(parts, np.int32)
-            group.create_dataset("Connectivity", (0,), np.int32)
-    for name, values in part.items():
-        length = total + parts if name.endswith("Offsets") else total
-        dataset = root.create_dataset(name, (length, *values.shape[1:]), values.dtype)
-        field = name.rsplit("/")[-1]
-        if field in units:
-            dataset.attrs["unit"] = units[field]
+    for cells in CELLS:
+        for number in ("NumberOfCells", "NumberOfConnectivityIds"):
+            root[f"{cells}/{number}"] = counts if cells == "Vertices" else np.zeros(parts, int)
+    for cells in CELLS[1:]:
+        root[f"{cells}/Offsets"] = np.zeros(parts, np.int32)
+        root.create_dataset(f"{cells}/Connectivity", (0,), np.int32)
     meta = file.create_group("parsph")
     meta.attrs["version"] = __version__
     for name, value in attributes.items():
@@ -172,6 +186,9 @@ def _declare(file, part, counts, units, attributes, texts):
     for name, text in texts.items():
         text = text.encode()  # of fixed length: parallel HDF5 cannot write strings of variable length
         meta.create_dataset(name, data=np.array(text, h5py.string_dtype("utf-8", len(text))))
+    for name, values in datasets.items():
+        sizes = [rows_of(name, count, 1) for count in counts.tolist()]
+        _write_dataset(root, name, values(), sizes, units.get(name.rsplit("/")[-1]), communicator)
 
 
 def root_of(file):
@@ -182,16 +199,38 @@ def root_of(file):
     return root
 
 
-def _fill(file, part, counts, rank, collective=False):
-    """Write one rank's part; a rank without particles takes the same calls with an empty selection."""
-    before = int(counts[:rank].sum())
-    for name, values in part.items():
-        first = before + rank if name.endswith("Offsets") else before
-        dataset = file["VTKHDF"][name]
-        if collective:
-            _write_collectively(dataset, first, values)
-        else:
-            dataset[first : first + len(values)] = values
+def _write_dataset(root, name, values, sizes, unit, communicator):
+    dataset = root.create_dataset(name, (sum(sizes), *values.shape[1:]), values.dtype)
+    if unit is not None:
+        dataset.attrs["unit"] = unit
+    _fill(dataset, values, sizes, communicator)
+
+
+def _fill(dataset, values, sizes, communicator):
+    """Write the rows of all ranks, so many each; `values` are those of this one."""
+    if dataset.file.driver == "mpio":
+        _write_collectively(dataset, sum(sizes[: communicator.rank]), values)
+        return
+    dataset[: len(values)] = values
+    first = len(values)
+    for rank in range(1, communicator.size):
+        for rows in _pieces(sizes[rank], values):
+            piece = np.empty((rows.stop - rows.start, *values.shape[1:]), values.dtype)
+            communicator.receive(piece, rank)
+            dataset[first + rows.start : first + rows.stop] = piece
+        first += sizes[rank]
+
+
+def _send(values, communicator):
+    """Have rank 0 write the rows of this rank."""
+    for rows in _pieces(len(values), values):
+        communicator.send(np.ascontiguousarray(values[rows]), 0)
+
+
+def _pieces(count, like):
+    """Return slices of so many rows, each of at most `PIECE` bytes of rows like those of an array."""
+    step = max(1, PIECE // (like.itemsize * math.prod(like.shape[1:])))
+    return [slice(first, min(first + step, count)) for first in range(0, count, step)]
 
 
 def _write_collectively(dataset, first, values):

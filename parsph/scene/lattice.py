@@ -10,7 +10,7 @@ import numpy as np
 from ..parallel import Communicator
 
 PLACED = 1_000_000  # particles that are placed in order to count them
-BLOCK = 1 << 17  # places that are looked at together
+BLOCK = 1 << 15  # places that are looked at together
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Lattice:
 
 
 class Survey(NamedTuple):
-    """What stands on each line of a lattice: number of particles, smallest and largest x of them [m], shapes (lines,)."""
+    """What stands on each line of a lattice: number of particles, and their smallest and largest x [m], shapes (lines,)."""
 
     counts: np.ndarray
     low: np.ndarray

@@ -18,6 +18,7 @@ from . import (  # they register their cases in this order
     kernels,  # noqa: F401
     robustness,  # noqa: F401
     shallow,  # noqa: F401
+    soak,  # noqa: F401
     treatments,  # noqa: F401
     wave_absorption,  # noqa: F401
     waves,  # noqa: F401

@@ -63,13 +63,13 @@ class Late:
 
 
 def in_write(part, action):
-    """Call `action` when a particle file in the folder `part` is half written: its datasets are declared, some are filled."""
+    """Call `action` when a particle file in the folder `part` is half written."""
     late = Late()
 
-    def around(usual, file, *arguments, **options):
-        usual(file, *arguments, **options)
-        if late and Path(file.filename).parent.name == part:
-            file.flush()
+    def around(usual, dataset, *arguments):
+        usual(dataset, *arguments)
+        if late and Path(dataset.file.filename).parent.name == part:
+            dataset.file.flush()
             action()
 
     wrapped(polydata, "_fill", around)
