@@ -377,7 +377,7 @@ class Boundary:
         lengths = np.linalg.norm(along, axis=1)
         counts = np.maximum(1, np.round(lengths / (length or self.dx)).astype(int))
         edge = np.repeat(np.arange(len(edges)), counts)
-        place = np.concatenate([(np.arange(count) + 0.5) / count for count in counts])
+        place = np.concatenate([np.zeros(0), *((np.arange(count) + 0.5) / count for count in counts)])
         return edges[edge, 0] + place[:, None] * along[edge], _normals(edges)[edge], (lengths / counts)[edge]
 
     def faults(self, where):
@@ -388,6 +388,9 @@ class Boundary:
         faults = []
         for number, outline in self.outlines.items():
             points, normals, _ = self.elements(number)
+            if not len(points):
+                faults.append(SceneError("lies inside other walls", where=where[number], cure="leave it out"))
+                continue
             found = []
             for way, least, what, why in (
                 (-1.0, self.reach, "the wall is", "ghost particles of one side would act on the fluid at the other"),

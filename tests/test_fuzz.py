@@ -296,6 +296,47 @@ def test_intervals_shorter_than_steps_are_told():
     assert doubts_of(scene)[0].startswith("gauges.0.every: 1e-06 s is less than a tenth of a step")
 
 
+# What was found by chance, in campaigns much longer than these tests: overrides of the small tank, part of the message.
+FOUND = {
+    "a bulging edge of no length": (
+        {
+            "walls": {
+                "polygons": [
+                    {"points": [[0, 0.3], [0, 0], [0, 0], [0.2, 0]], "bulge": {"edge": 1, "amplitude": 0.1, "period": 1}}
+                ]
+            }
+        },
+        "walls.polygons.0.points.1: equals the next point",
+    ),
+    "points that differ by nothing": ({"walls.polygons": [{"points": [[0.1, 0.0], [0.1, 5e-324]]}]}, "equals the next point"),
+    "a domain of no height": ({"walls.treatment": "deficiency", "domain.size": [0.2, 5e-324]}, "domain.size.1: must be > 0 m"),
+    "no water": ({"fluid.level": 5e-324}, "fluid.level: 4.94066e-324 m of water are none"),
+    "a wall inside another": (
+        {
+            "domain.size": [1.0, 1.0],
+            "walls": {
+                "polygons": [
+                    {"points": [[0.4, 0.4], [0.9, 0.4], [0.9, 0.9], [0.4, 0.9]], "fluid": "outside"},
+                    {"points": [[0.6, 0.6], [0.7, 0.6], [0.7, 0.7], [0.6, 0.7]], "fluid": "outside"},
+                ]
+            },
+        },
+        "walls.polygons.1: lies inside other walls",
+    ),
+    "a kind that is a list": ({"wavemaker": {"wave": {"kind": [0.0] * 20_000}}}, " ... "),
+    "weak gravity": ({"domain.gravity": 1e-300}, "domain.gravity: input should be at least 1e-12"),
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_what_was_found(name):
+    overrides, text = FOUND[name]
+    with bounded(), pytest.raises(SceneError) as caught:
+        load_scene(tank(), overrides)
+    assert text in str(caught.value)
+    assert len(str(caught.value)) < 2000
+
+
 # --- files -----------------------------------------------------------------------------------------------------------
 
 

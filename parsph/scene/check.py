@@ -40,7 +40,7 @@ def _shapes(scene):
     if faults:
         return faults
     for d, size in enumerate(scene.domain.size):
-        if size <= 0:
+        if size < SMALLEST:
             faults.append(SceneError(f"must be > 0 m, not {size}", where=f"domain.size.{d}", cure="an extent > 0 m"))
     for number, block in enumerate(scene.fluid.blocks):
         faults += _vector(f"fluid.blocks.{number}.low", block.low, scene.dim)

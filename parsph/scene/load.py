@@ -21,6 +21,7 @@ MOST_FAULTS = 100  # that are told at once
 MOST_BASES = 20  # scenes of which each builds on the next
 DEEPEST = 20  # parts of a dotted key
 LARGEST_FILE = 2e6  # bytes of a scene
+LONGEST_MESSAGE = 400  # characters: the names of all kernels, and no list of the user's
 PART_OF_KEY = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 
 
@@ -221,7 +222,7 @@ def fault_of(entry, model=Scene):
         return SceneError("is missing", where=where, cure=_cure(field))
     if entry["type"] == "union_tag_not_found":
         return SceneError("is missing", where=f"{where}.kind", cure=f"one of: {', '.join(kinds)}")
-    message = entry["msg"][0].lower() + entry["msg"][1:]
+    message = shortened(entry["msg"][0].lower() + entry["msg"][1:], LONGEST_MESSAGE)
     given = entry.get("input")
     if not isinstance(given, dict | list):
         message += f", not {shown(given)}"

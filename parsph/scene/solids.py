@@ -238,8 +238,7 @@ def wall_faults(scene):
     for number, outline in enumerate(outlines_of(scene, motions)):
         where = scene.line_key(number)
         if outline.name not in SIDES:  # sides go where the domain goes
-            faults += outline_faults(outline, where, size)
-            faults += _excursion(scene, number, outline, motions.get(outline.name))
+            faults += outline_faults(outline, where, size) or _excursion(scene, number, outline, motions.get(outline.name))
         faults += _near_mirror(scene, number, outline)
         of_side = number >= len(scene.walls.polygons)
         if names.index(outline.name) != number or (outline.name in SIDES and not of_side):
