@@ -37,5 +37,5 @@ for ((go = 0; go < most && !stopped; go++)); do
     wait "$child" || code=$?
     [ "$code" = 85 ] || exit "$code"
 done
-echo "not finished after $go goes: the same command goes on"
+echo "not finished yet: the same command goes on"
 exit 85

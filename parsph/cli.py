@@ -90,7 +90,7 @@ def list_scenes():
 
     names = builtin_names()
     for name in names:
-        console().print(f"{name:{max(map(len, names))}s}  {load_scene(name).title}", markup=False)
+        console().print(f"{name:{max(map(len, names))}s}  {load_scene(name).title}")
 
 
 @app.command()
@@ -298,7 +298,7 @@ def waves(
     table = Table("quantity", "value", "unit")
     for quantity, value, unit in rows:
         table.add_row(quantity, value if isinstance(value, str) else f"{value:.5g}", unit)
-    console().print(table, markup=False)
+    console().print(table)
 
 
 @app.command()

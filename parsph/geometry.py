@@ -24,6 +24,7 @@ from shapely.geometry import LineString, Polygon
 from .errors import SceneError
 
 PUSHES = 200
+COINCIDENT = 1e-12  # m: points nearer to each other are one
 CLOSE = 1.1  # over the distance at which points are moved: round ends are drawn by chords, a little too thin
 LARGEST_TABLE = 1_000_000  # points times edges that are looked at together
 CROWDED = 0.35  # spacings: ghosts nearer to each other are one
@@ -85,7 +86,7 @@ def outline_faults(outline, where, size):
             faults.append(SceneError("lies outside the domain", where=f"{where}.points.{number}", why=why, cure=cure))
     following = np.roll(points, -1, axis=0) if outline.closed else points[1:]
     for number, (a, b) in enumerate(zip(points, following, strict=False)):
-        if np.array_equal(a, b):
+        if math.dist(a, b) <= COINCIDENT:
             cure = "leave one out; a polygon closes itself"
             faults.append(SceneError("equals the next point", where=f"{where}.points.{number}", cure=cure))
     if faults:

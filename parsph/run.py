@@ -112,6 +112,7 @@ def resume(folder, overrides=(), ranks_info=False, communicator=None):
     communicator = communicator or parallel.start()
     results = Results(folder)
     scene, name = _continued(results, overrides), results.name
+    refuse_too_large(scene, communicator)
     cuts_of(scene, communicator.size, communicator)
     with _claimed(results.folder, communicator):
         checkpoint, damages = latest(results.folder, communicator)
@@ -309,9 +310,9 @@ def _print_start(scene, simulation, folder, name, loading, compiled, checkpoint)
     if checkpoint:
         out.print(f"  goes on at t = {checkpoint.time:.6g} s, step {simulation.steps:,}, from {checkpoint.path}")
         if checkpoint.version != __version__:
-            out.print(f"note: that was written by parsph {checkpoint.version}; bits may differ from there on", markup=False)
+            out.print(f"note: that was written by parsph {checkpoint.version}; bits may differ from there on")
     for doubt in doubts_of(scene):
-        out.print(f"note: {doubt}", markup=False)
+        out.print(f"note: {doubt}")
 
 
 def _print_ranks(simulation):

@@ -95,7 +95,7 @@ def scaling(ranks=None, particles=200_000, repeats=5, out=None):
                 continue  # what counts does not change
             jobs[case].append(_job(case[1], *sizes[case], BLOCKS if case[1] <= cores else 1))
             found = jobs[case][-1]
-            shown.print(f"turn {turn + 1} of {repeats}: {case[0]}, {case[1]} rank(s): {found['step']:.3g} s/step", markup=False)
+            shown.print(f"turn {turn + 1} of {repeats}: {case[0]}, {case[1]} rank(s): {found['step']:.3g} s/step")
     rows = [_row(*case, jobs, sizes[case], case[1] > cores) for case in cases]
     _write(folder, rows, jobs, cores)
     _print(rows, jobs, folder)
@@ -237,7 +237,7 @@ def _write(folder, rows, jobs, cores):
     raw = [{"kind": kind, "ranks": ranks, "turns": turns} for (kind, ranks), turns in jobs.items()]
     write_whole(folder / "scaling.json", json.dumps({"cores": cores, "rows": rows, "jobs": raw}, indent=1))
     if find_spec("matplotlib") is None:
-        console().print("no plot: matplotlib is not installed (pip install 'parsph[plots]')", markup=False)
+        console().print("no plot: matplotlib is not installed (pip install 'parsph[plots]')")
         return
     drawing, axes = viz.figure(columns=2)
     for ax, kind, name in zip(axes, ("strong", "weak"), ("speed-up", "efficiency"), strict=True):
@@ -268,7 +268,7 @@ def _print(rows, jobs, folder):
                 f"{row['kind']}, {row['ranks']} ranks: {with_overlap:.2f} ms of a step wait for halos, {without:.2f} ms where "
                 "nothing is swept meanwhile"
             )
-    shown.print(f"table and plot: {folder}", markup=False)
+    shown.print(f"table and plot: {folder}")
 
 
 def main(arguments):

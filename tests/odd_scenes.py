@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 import tomllib
 import types
 import typing
@@ -77,7 +78,15 @@ def at(keys, path):
     return keys
 
 
-TEXT_OF = {name: (BUILTIN / f"{name}.toml").read_text(encoding="utf-8") for name in builtin_names()}
+def coarse_text(name):
+    """The text of a built-in scene, with larger particles where there are walls to look at."""
+    text = (BUILTIN / f"{name}.toml").read_text(encoding="utf-8")
+    if "polygons" not in text and "treatment" not in text:
+        return text
+    return re.sub(r"^dx = (.*)$", lambda found: f"dx = {2.5 * float(found[1].split()[0]):g}", text, flags=re.MULTILINE)
+
+
+TEXT_OF = {name: coarse_text(name) for name in builtin_names()}
 BASES = {name: tomllib.loads(text) for name, text in TEXT_OF.items()}
 VALUES = {}  # by key, of all scenes with their defaults
 for _name in BASES:
@@ -99,7 +108,7 @@ def damaged(draw, least=1, most=4):
         holder = at(keys, path)
         value = holder[last]
         act = draw(st.sampled_from(ACTS))
-        if act == "scale" and isinstance(value, int | float):
+        if act == "scale" and isinstance(value, int | float) and abs(value) < 1e300:
             holder[last] = value * draw(st.sampled_from(FACTORS))
         elif act in ("borrow", "scale"):
             holder[last] = copy.deepcopy(draw(st.sampled_from(VALUES.get(last, [value]))))
@@ -355,3 +364,17 @@ values_to_set = st.one_of(
 settings_to_set = st.one_of(
     st.builds("{}={}".format, keys_to_set, values_to_set), st.text(max_size=20), st.sampled_from(["", "a", "=1", "=", "=="])
 )
+
+
+@st.composite
+def scene_and_settings(draw):
+    """The name of a quick scene, and settings for it: its own numbers changed, and odd ones."""
+    name = draw(st.sampled_from(("seiche", "swe-pulse", "still", "pool", "couette", "column")))
+    leaves = [(place, at(BASES[name], place)) for place in places(BASES[name])]
+    leaves = [(place, value) for place, value in leaves if isinstance(value, float)]
+    settings = []
+    for odd in draw(st.lists(st.sampled_from((False, False, False, True)), min_size=1, max_size=3)):
+        place, value = draw(st.sampled_from(leaves))
+        changed = f"{'.'.join(map(str, place))}={value * draw(st.sampled_from(FACTORS))}"
+        settings.append(draw(settings_to_set) if odd else changed)
+    return name, settings

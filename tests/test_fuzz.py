@@ -30,7 +30,7 @@ from parsph.scene.load import load_scene, scene_text
 from parsph.scene.plan import costs, print_plan
 
 TIMES = int(os.environ.get("PARSPH_FUZZ", "0"))
-INPUTS = {"damaged": 700, "made up": 600, "text": 500, "settings": 500}
+INPUTS = {"damaged": 600, "made up": 700, "text": 400, "settings": 500}
 CPU_SECONDS, MEMORY = 60, 1 << 30  # that one input may take, the memory beside what the process has already
 LONGEST_MESSAGE = 100_000  # characters, of a hundred faults
 SMALL = 3000  # particles of scenes that are built too
@@ -77,10 +77,10 @@ def outcome(source, overrides=None):
         print_plan(scene, "odd")
     assert scene.title in printed.getvalue()
     assert load_scene(json.loads(scene_text(scene))) == scene
+    if costs(scene)["particles"] > SMALL or memory_of(scene, 3) > MEMORY / 4:
+        return "planned"
     with contextlib.suppress(SceneError):  # there may be fewer columns than ranks
         assert len(cuts_of(scene, 3)) == 4
-    if costs(scene)["particles"] > SMALL:
-        return "planned"
     build(scene)
     return "built"
 
@@ -139,8 +139,7 @@ def test_damaged_files(tmp_path):
 
 
 def test_settings():
-    scenes = st.sampled_from(("seiche", "swe-pulse", "still", "pool"))
-    through("settings", st.tuples(scenes, st.lists(odd_scenes.settings_to_set, min_size=1, max_size=3)))
+    through("settings", odd_scenes.scene_and_settings())
 
 
 # --- too large -------------------------------------------------------------------------------------------------------
@@ -489,7 +488,7 @@ SETTINGS = {
     "time.end=1\nx = 2": "valid number",
     "time.end=nan": "finite",
     "time.end=__import__('os').system('touch evaluated')": "valid number",
-    ".=1": ".: unknown key",
+    ".=1": "'': unknown key",
     "x." * 50_000 + "x=1": "sections deep",
     "y" * 50_000 + "=1": "unknown key",
 }

@@ -126,7 +126,7 @@ def test_local_does_not_go_on_for_ever(place):
     code, printed, told = call(place, "local.sh", "pool", "runs/a", codes=(85,))
     assert code == 85
     assert len(told) == 2 * MOST
-    assert f"not finished after {MOST} goes" in printed
+    assert "not finished yet" in printed
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP], ids=lambda number: number.name)
@@ -143,7 +143,7 @@ def test_local_passes_on_the_end_and_waits_for_the_checkpoint(place, number):
     printed, _ = process.communicate(timeout=30)
     assert process.returncode == 85
     assert told.read_text().splitlines()[1:] == ["started", "stopped"]
-    assert "not finished after 1 goes" in printed
+    assert "not finished yet" in printed
 
 
 def test_local_without_a_folder_says_what_it_wants(place):

@@ -19,6 +19,7 @@ from parsph.io.checkpoints import Checkpoint, Damaged, latest, write_checkpoint
 from parsph.io.folder import Claim
 from parsph.observers import Signals
 from parsph.parallel import Communicator
+from parsph.particles import Layout
 from parsph.run import run as run_scene
 from parsph.scene.build import build
 from parsph.scene.load import load_scene
@@ -330,3 +331,10 @@ def test_two_jobs_on_a_folder_are_one_too_many(copied, command):
     assert before == {path: path.read_bytes() for path in before}
     claim.release()
     resumed(copied)
+
+
+def test_the_size_of_a_checkpoint_is_known_before(small):
+    """What `parsph plan --ranks` prints is what is written, but for headers and alignment."""
+    scene, path, whole_contents = small
+    size = checkpoints.bytes_on_disk(Layout(scene.dim, scene.features)) * len(np.frombuffer(whole_contents[0], np.int64))
+    assert size < path.stat().st_size < size + 40_000

@@ -5,11 +5,14 @@ import json
 import os
 import re
 
+import numpy as np
 import pytest
 from helpers import parsph, settings, tank, why_no_mpi
 
-from parsph.particles import Layout
+from parsph.parallel import Communicator
+from parsph.particles import FIRST_FIXED, FIRST_GHOST, Layout
 from parsph.scaling import FORMS, ranks_of, scaling
+from parsph.scene.build import build
 from parsph.scene.forecast import census, forecast
 from parsph.scene.load import load_scene
 
@@ -47,6 +50,30 @@ def test_memory_of_a_particle_is_told_by_field(tmp_path, features, size):
     assert (name, whole) == ("all", size)
     assert sum(number for _, number in parts) == whole
     assert all(number > 0 for _, number in parts)
+
+
+BASIN = {
+    "domain": {"size": [0.3, 0.2, 0.2]},
+    "fluid": {"blocks": [{"low": [0.0, 0.0, 0.0], "high": [0.3, 0.2, 0.1]}]},
+    "walls": {"left": {}, "right": {}, "front": {}, "back": {}, "bottom": {}},
+    "numerics": {"dx": 0.02, "diffusion": "fourtakas", "viscosity": "monaghan"},
+    "time": {"end": 0.1},
+}
+
+
+@pytest.mark.parametrize("source", [BASIN, "pool", "couette", "swe-dam-break", "wedge-tank"])
+def test_census_counts_what_a_scene_begins_with(source):
+    """Mirrors with corners, also in 3D; a periodic border, lines of one dimension, walls of ghosts that meet."""
+    scene = load_scene(source)
+    found, domain = census(scene), build(scene, Communicator()).domain
+    domain.arrange(-scene.time.settle)
+    rows, p = np.diff(domain.column_bounds()), domain.particles
+    np.testing.assert_array_equal(found.rows, rows)
+    np.testing.assert_array_equal(found.cost, domain.column_costs())
+    columns = np.repeat(np.arange(len(rows)), rows)
+    for count, tags in ((found.fluid, p.tags < FIRST_GHOST), (found.ghosts, p.tags >= FIRST_FIXED)):
+        np.testing.assert_array_equal(count, np.bincount(columns[tags[p.first : p.last]], minlength=len(rows)))
+    assert found.fluid.sum() < found.rows.sum()
 
 
 def test_more_ranks_wait_for_the_same_halo_and_share_the_rest():

@@ -188,7 +188,7 @@ def harmonics(folder, gauges=None, start=0.0, period=None, count=3, periods=4, j
             curves |= drawn
     show_all(tables, json_file)
     for note in notes:
-        console().print(note, markup=False)
+        console().print(note)
 
     def artist(axes):  # a decay of some per cent can be seen on an axis of its own only
         viz.decay(axes[0], x[~absorbed], heights[~absorbed, 0], curves)

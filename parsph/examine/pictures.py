@@ -80,7 +80,7 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
     for name in results.gauges("body"):
         written.append(viz.save(_body(results, name), out / f"{name}.png"))
     for path in written:
-        console().print(str(path), markup=False)
+        console().print(str(path))
 
 
 def _body(results, name):

@@ -2,7 +2,6 @@
 
 import json
 
-from rich.markup import escape
 from rich.table import Table
 
 from .. import viz
@@ -76,10 +75,10 @@ def draw(path, artist, rows=1):
     try:
         drawing, ax = viz.figure(rows, share_x=rows > 1)
     except SceneError as error:
-        console().print(f"no {path.name}: {error}", markup=False)
+        console().print(f"no {path.name}: {error}")
         return
     artist(ax)
-    console().print(str(viz.save(drawing, path)), markup=False)
+    console().print(str(viz.save(drawing, path)))
 
 
 def _check_folder(json_file):
@@ -89,7 +88,7 @@ def _check_folder(json_file):
 
 def _print(rows, title=None):
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    table = Table(*map(escape, columns), title=title and escape(title))
+    table = Table(*columns, title=title)
     for row in rows:
         table.add_row(*(f"{row[name]:.5g}" if isinstance(row.get(name), float) else str(row.get(name, "")) for name in columns))
     console().print(table)

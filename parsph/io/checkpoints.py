@@ -34,6 +34,12 @@ def folder_of(run):
     return run / "checkpoints"
 
 
+def bytes_on_disk(layout):
+    """Return the bytes of a particle in a checkpoint: number, vertex, and the fields, vectors with three components."""
+    lasting = [field for field in layout.fields if field.lasting]
+    return 8 + 8 + 8 * sum(3 if field.rank == 1 else layout.components(field) for field in lasting)
+
+
 def has_checkpoint(run):
     """Return whether the folder of a run holds a checkpoint."""
     return any(folder_of(run).glob("*.vtkhdf"))

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from ..errors import RunError, SceneError
 
+LOCK = ".lock"
+
 
 def output_folder(name, out=None, overwrite=False, parent="runs", consent="--overwrite"):
     """Make and return the folder that a run writes to.
@@ -36,7 +38,7 @@ def output_folder(name, out=None, overwrite=False, parent="runs", consent="--ove
         if out is None:
             return _next_free(Path(parent), re.sub(r"[^\w.-]+", "-", name))
         folder = Path(out)
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        if folder.exists() and (not folder.is_dir() or any(entry.name != LOCK for entry in folder.iterdir())):
             if not overwrite:
                 raise SceneError(
                     f"{folder} exists and is not empty",
@@ -72,7 +74,7 @@ class Claim:
     """
 
     def __init__(self, folder):
-        self._file = open(folder / ".lock", "a+", encoding="utf-8")  # noqa: SIM115 - open as long as the run
+        self._file = open(folder / LOCK, "a+", encoding="utf-8")  # noqa: SIM115 - open as long as the run
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -13,7 +13,7 @@ from .movers import band_of, bed_of, hinge_of, maker_of, place_of, spectrum_of, 
 from .schema import SIDES
 
 MOST_PERIODS = 1e9  # of waves in a run
-MOST_SUMMED = 1e9  # values of components of irregular waves: some ten seconds
+MOST_SUMMED = 3e8  # values of components of irregular waves: some seconds
 LONGEST_STROKE = 0.25  # of the free length of water
 LEAST_RESOLVED = 1.5  # particles per wave height
 STILL_H_OVER_DX = 2.5  # largest with which the surface of still water has been seen to stay still, renormalised

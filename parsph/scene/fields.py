@@ -31,7 +31,8 @@ def _seconds(duration):
     try:
         return _TIMEDELTA.validate_python(duration.replace("-", " days, ", 1)).total_seconds()
     except ValidationError:
-        raise ValueError("should be seconds, or hours:minutes:seconds as 12:00:00, with days 1-12:00:00") from None
+        message = "should be seconds, or hours:minutes:seconds as 12:00:00, with days 1-12:00:00"
+        raise PydanticCustomError("duration", message) from None
 
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]

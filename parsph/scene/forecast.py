@@ -13,6 +13,7 @@ from rich.table import Table
 
 from ..domain import balanced_cuts, imbalance, most_ranks
 from ..domain.cost import column_costs
+from ..io.checkpoints import bytes_on_disk
 from ..moments import Correction
 from ..particles import Layout, room_for
 from ..progress import console, duration, size_text
@@ -23,7 +24,7 @@ from .lattice import Lattice
 from .plan import SECONDS_PER_STEP, costs
 from .solids import fillings_of, ghosts_of, motions_of
 
-SECONDS_PER_MESSAGE = 1.0e-5  # what Python and MPI take of a core for a message, both its ends: measured on two ranks
+SECONDS_PER_MESSAGE = 1.0e-5  # of a core, both its ends: MPI's part was measured, 3e-6 to 5e-6; Python's is assumed as much
 LATENCY = 2.0e-6  # s, of a cluster's fabric such as InfiniBand: assumed
 BANDWIDTH = 5.0e9  # bytes/s between two ranks: assumed
 BYTES_PER_PROCESS = 2.3e8  # interpreter, libraries, compiled code: measured
@@ -32,8 +33,8 @@ GOOD = 0.8  # efficiency down to which ranks are worth their cores
 ASSUMPTIONS = (
     "the water is where it is at the beginning; cuts follow it as it moves",
     "every core is as fast as the one that was measured, also when all cores of its node work: no limit of memory bandwidth",
-    f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core (measured), {1e6 * LATENCY:g} microseconds on the "
-    f"way and {1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
+    f"a message takes {1e6 * SECONDS_PER_MESSAGE:g} microseconds of the core, {1e6 * LATENCY:g} microseconds on the way and "
+    f"{1e-9 * BANDWIDTH:g} GB/s (of a cluster's fabric such as InfiniBand), none of it hidden behind the sweep",
     "agreeing on the time step takes 2 log2(ranks) such latencies; ranks are not disturbed by anything else",
     f"a node has {CORES} cores; beside its particles a rank has {1e-6 * BYTES_PER_PROCESS:g} MB of interpreter and libraries",
     "gauges, snapshots and balancing are left out",
@@ -62,13 +63,13 @@ def census(scene):
     """Return the `Census` of a scene."""
     grid, _ = columns_of(scene)
     motions = motions_of(scene)
-    planes = [[] for _ in range(scene.dim)]  # for each axis: (origin, where its image is, direction in which that lies)
+    planes = [[] for _ in range(scene.dim)]  # of each axis, those that act at once: (origin, its image, way out, sense)
     for wall in walls_of(scene, motions):
         axis = int(np.flatnonzero(wall.normal)[0])
-        plane = wall.point[axis], wall.point[axis], -wall.normal[axis], -1.0
+        plane = [(wall.point[axis], wall.point[axis], -wall.normal[axis], -1.0)]
         planes[axis] += [plane] * (plane not in planes[axis])  # a sill and the plate above it are in one plane
     for border in borders_of(scene):
-        planes[border.axis] += [(border.low, border.high, -1.0, 1.0), (border.high, border.low, 1.0, 1.0)]
+        planes[border.axis].append([(border.low, border.high, -1.0, 1.0), (border.high, border.low, 1.0, 1.0)])
     fluid, rows = np.zeros(grid.shape, int), np.zeros(grid.shape, int)
     for filling in fillings_of(scene):
         for cells, walls in ((fluid, [[]] * scene.dim), (rows, planes)):
@@ -102,11 +103,13 @@ def _cells_of(filling, grid, planes, reach):
 
 def _with_images(points, axis, planes, reach):
     """Return `points` and behind them their images at planes across an axis."""
-    for origin, place, outwards, sense in planes:
-        x = points[:, axis]
-        images = points[(origin - x) * outwards < reach].copy()
-        images[:, axis] = place + sense * (images[:, axis] - origin)
-        points = np.concatenate([points, images])
+    for together in planes:
+        images = []
+        for origin, place, outwards, sense in together:
+            near = points[(origin - points[:, axis]) * outwards < reach].copy()
+            near[:, axis] = place + sense * (near[:, axis] - origin)
+            images.append(near)
+        points = np.concatenate([points, *images])
     return points
 
 
@@ -201,9 +204,9 @@ def forecast(scene, ranks, found=None, step=None):
         imbalance=share * ranks,
         computing=SECONDS_PER_STEP + max(step - SECONDS_PER_STEP, 0.0) * share,
         communicating=waiting,
-        messages=(told.mean(), told.max()),
-        bytes=(sent.mean(), sent.max()),
-        memory=memory.max(),
+        messages=(float(told.mean()), float(told.max())),
+        bytes=(float(sent.mean()), float(sent.max())),
+        memory=float(memory.max()),
     )
 
 
@@ -263,11 +266,11 @@ def print_forecast(scene, ranks):
         "slabs are cut along x alone: a halo is as large on many ranks as on few, and the load is shared to within a column"
     )
     layout = Layout(scene.dim, scene.features)
-    state = size_text(total["particles"] * 8 * (layout.width("shared") + layout.width("private") + 1))
-    out.print(f"a state of all fields in float64: {state}; {total['snapshots']} snapshots: {size_text(total['disk'])}")
+    kept = size_text(total["particles"] * bytes_on_disk(layout))
+    out.print(f"a checkpoint: {kept}; {total['snapshots']} snapshots: {size_text(total['disk'])}")
     out.print(_field_table(scene, layout))
     for assumption in ASSUMPTIONS:
-        out.print(f"assumed: {assumption}", markup=False)
+        out.print(f"assumed: {assumption}")
 
 
 def _field_table(scene, layout):
@@ -275,10 +278,11 @@ def _field_table(scene, layout):
     table = Table("field", "unit", "part", "bytes", title="memory of a particle", title_justify="left")
     state, told = state_of(scene), 0
     for field in layout.fields:
-        size = 2 * 8 * layout.components(field) if field.part in ("shared", "private") else 0  # a sort needs both
-        if size:
-            table.add_row(field.name, state.unit(field).replace("[", "("), f"{field.part}, twice", str(size))
+        size, part = 8 * layout.components(field), field.part
+        if part in ("shared", "private"):  # a sort needs both
+            size, part = 2 * size, f"{part}, twice"
+        table.add_row(field.name, state.unit(field), part, str(size))
         told += size
-    table.add_row("tag, cell, order, rates", "", "", str(_bytes_of_row(scene, layout) - told))
+    table.add_row("tag, cell, order, passes", "", "", str(_bytes_of_row(scene, layout) - told))
     table.add_row("all", "", "", str(_bytes_of_row(scene, layout)))
     return table

@@ -210,7 +210,9 @@ def _item(items, number, where):
 def fault_of(entry, model=Scene):
     """Turn one of pydantic's findings about a `model` into a fault with the nearest valid key or the key's description."""
     kinds = {"gauges": GAUGE_KINDS, "wavemaker": WAVE_KINDS}.get(entry["loc"][0] if entry["loc"] else None, ())
-    where = shortened(".".join(str(part) for part in entry["loc"] if part not in kinds))  # kinds stand there, but are no keys
+    where = (
+        shortened(".".join(str(part) for part in entry["loc"] if part not in kinds)) or "''"
+    )  # kinds stand there, but are no keys
     model, field = _resolve(entry["loc"], model)
     if entry["type"] == "extra_forbidden":
         near = did_you_mean(entry["loc"][-1], model.model_fields).strip()

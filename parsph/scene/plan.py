@@ -67,7 +67,7 @@ def costs(scene):
 def print_plan(scene, name):
     """Print the plan of a scene."""
     out = console()
-    out.print(f"{name}: {scene.title}", markup=False)
+    out.print(f"{name}: {scene.title}")
     table = Table("modelled", "as", "source", show_lines=False)
     omitted = []
     for family, term in terms_of(scene).families:
@@ -77,14 +77,14 @@ def print_plan(scene, name):
             omitted.append(family)
     state, n = state_of(scene), scene.numerics
     equation, _, source = EQUATIONS[state.name].partition("   ")
-    table.add_row("state", _plain(equation), _plain(source))
+    table.add_row("state", equation, source.strip("[]"))
     table.add_row(
         "kernel",
         f"{scene.kernel.name}, h/dx = {n.h_over_dx:g}, support {scene.kernel.support:g} h",
         scene.kernel.source,
     )
     equation, _, source = INTEGRATORS[n.integrator].equation.partition("   ")
-    table.add_row("time", _plain(equation), _plain(source))
+    table.add_row("time", equation, source.strip("[]"))
     for wall in walls_of(scene):
         treatment = TREATMENTS["mirror-plain" if wall.law == "plain" else "mirror"]
         slides = f", slides with ({', '.join(f'{v:g}' for v in wall.velocity)}) m/s" if wall.velocity else ""
@@ -96,17 +96,17 @@ def print_plan(scene, name):
     treatment = scene.treatment
     if scene.lines and treatment.family == "ghosts":
         each = INTERPOLATORS[scene.walls.interpolation]
-        table.add_row("mirror points", _plain(f"{each.name}: {each.equation}"), _plain(each.source))
+        table.add_row("mirror points", f"{each.name}: {each.equation}", each.source)
     markers = markers_of(scene)
     if markers:
         each = markers.weights
         if each:
-            table.add_row("deficiency", _plain(f"{each.name}: {each.equation}"), _plain(each.source))
+            table.add_row("deficiency", f"{each.name}: {each.equation}", each.source)
         law = markers.repulsion
         if law.code:
             strength = markers.push * scene.walls.markers_per_dx ** (scene.dim - 1)
             reach = f"K = {strength:.3g} m^2/s^2, R = {markers.push_reach:.3g} m"
-            table.add_row("repulsion", _plain(f"{law.name}: {law.equation}; {reach}"), _plain(law.source))
+            table.add_row("repulsion", f"{law.name}: {law.equation}; {reach}", law.source)
         table.add_row("markers", f"{markers.count:,}, {markers.spacing:.3g} m apart", "")
     for wall, name in zip(scene.lines, scene.wall_names, strict=True):
         parts = [treatment.description, f"{len(wall.points)} points", f"fluid {wall.fluid}"]
@@ -122,7 +122,7 @@ def print_plan(scene, name):
     if scene.time.settle:
         table.add_row("settling", f"{scene.time.settle:g} s before t = 0, velocities decaying", "")
     if scene.wavemaker:
-        table.add_row("wavemaker", *map(_plain, describe_maker(scene)))
+        table.add_row("wavemaker", *describe_maker(scene))
     for body in scene.bodies:
         parts = [f"{body.mass:g} kg/m"] + [f"spring {body.stiffness:g} N/m^2"] * (body.stiffness > 0)
         parts += [f"damper {body.damping:g} N s/m^2"] * (body.damping > 0) + [f"friction {body.friction:g} N/m"] * (
@@ -131,7 +131,7 @@ def print_plan(scene, name):
         parts += [f"moves from {body.threshold:g} times the force of still water on"] * (body.threshold > 1)
         table.add_row(f"body {body.wall}", ", ".join(parts), "Huang et al. section 4.4")
     for zone in scene.relaxation:
-        table.add_row(f"{zone.side} relaxation", *map(_plain, describe_zone(scene, zone)))
+        table.add_row(f"{zone.side} relaxation", *describe_zone(scene, zone))
     for zone in scene.damping:
         what = "velocity" if zone.density == "none" else f"velocity and density ({zone.density})"
         parts = [f"{zone.length:g} m", zone.profile, f"damps {what}"]
@@ -153,7 +153,7 @@ def print_plan(scene, name):
     out.print(f"not modelled, not stored, not swept: {', '.join(omitted) or 'nothing'}")
     fields = Layout(scene.dim, scene.features).fields
     cost = costs(scene)
-    out.print(f"fields: {', '.join(f'{field.name} [{state.unit(field)}]' for field in fields)}", markup=False)
+    out.print(f"fields: {', '.join(f'{field.name} [{state.unit(field)}]' for field in fields)}")
     out.print(
         f"{cost['particles']:,} particles, {size_text(cost['bytes'])} of memory; {cost['steps']:,} steps of "
         f"{cost['step']:.3g} s, {cost['evaluations']:.3g} evaluations; "
@@ -163,7 +163,3 @@ def print_plan(scene, name):
         f"expected: {duration(cost['core seconds'])} on one core, at {SECONDS_PER_CANDIDATE * 1e9:g} ns per pair candidate "
         f"({n.precision} pairs; a 2.4 GHz core with AVX2 - measure yours with parsph bench)"
     )
-
-
-def _plain(text):
-    return text.replace("[", "(").replace("]", ")")

@@ -78,13 +78,13 @@ def _finish(declared, place, table):
     report = write_report(declared, table)
     finished = sum(place.status(row) == FINISHED for row in rows)
     tail = f"; {len(failed)} failed, see {place.folder / 'failed'}" if failed else ""
-    console().print(f"{finished} of {len(rows)} rows finished{tail}\n{place.folder / 'results.csv'}\n{report}", markup=False)
+    console().print(f"{finished} of {len(rows)} rows finished{tail}\n{place.folder / 'results.csv'}\n{report}")
 
 
 def print_studies():
     """Print the built-in studies."""
     for name in builtin_names():
-        console().print(f"{name:14s} {load_study(name).title}", markup=False)
+        console().print(f"{name:14s} {load_study(name).title}")
 
 
 def print_rows(source, overrides=(), quick=False):
@@ -94,12 +94,10 @@ def print_rows(source, overrides=(), quick=False):
     declared = load_study(source, quick).overridden(dict(map(parse_setting, overrides or ())))
     scenes = declared.scenes()
     out = console()
-    out.print(f"{declared.title}: metrics {', '.join(declared.metrics)}", markup=False)
+    out.print(f"{declared.title}: metrics {', '.join(declared.metrics)}")
     total = 0.0
     for number, row in enumerate(declared.rows):
         cost = costs(scenes[row.name])
         total += cost["core seconds"]
-        out.print(
-            f"{number:4d}  {row.name:40s} {cost['particles']:>9,} particles {cost['core seconds']:8.0f} core s", markup=False
-        )
-    out.print(f"about {total:,.0f} core s in all", markup=False)
+        out.print(f"{number:4d}  {row.name:40s} {cost['particles']:>9,} particles {cost['core seconds']:8.0f} core s")
+    out.print(f"about {total:,.0f} core s in all")

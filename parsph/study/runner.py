@@ -157,7 +157,7 @@ def run_row(study, place, which, communicator):
     """
     row = row_of(study, which)
     if place.status(row) == FINISHED:
-        console().print(f"row {row.name} is finished already", markup=False)
+        console().print(f"row {row.name} is finished already")
         return
     try:
         if place.begun(row):
@@ -199,7 +199,6 @@ def run_rows(study, place, jobs, ranks):
     done = len(rows) - len(todo)
     out.print(
         f"{study.name}: {len(rows)} rows, {done} finished; {jobs} at a time on {ranks} rank(s) each; {place.folder}",
-        markup=False,
     )
     children, stopping, lock, begin = {}, threading.Event(), threading.Lock(), time.perf_counter()
 
@@ -221,7 +220,7 @@ def run_rows(study, place, jobs, ranks):
             else:
                 place.fail(row, _last_error(place.log(row)), code)
                 told = f"FAILED: {place.why(row)}"
-            out.print(f"[{done}/{len(rows)}] {row.name}: {told}; eta {duration(left)}", markup=False)
+            out.print(f"[{done}/{len(rows)}] {row.name}: {told}; eta {duration(left)}")
 
     with ThreadPoolExecutor(jobs) as pool:
         try:

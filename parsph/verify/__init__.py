@@ -7,6 +7,7 @@ import json
 import time
 
 from rich.table import Table
+from rich.text import Text
 
 from ..errors import SceneError
 from ..progress import console
@@ -71,6 +72,6 @@ def _table(rows):
     table = Table("case", "metric", "value", "unit", "bar", "pass")
     for row in rows:
         bar = "" if row["bar"] is None else f"<= {row['bar']:g}"
-        verdict = "" if row["bar"] is None else ("yes" if row["pass"] else "[bold red]NO")
+        verdict = "" if row["bar"] is None else ("yes" if row["pass"] else Text("NO", "bold red"))
         table.add_row(row["case"], row["metric"], f"{row['value']:.4g}", row["unit"], bar, verdict)
     return table

@@ -124,6 +124,18 @@ def killed_in_a_step():
 
 
 @fault()
+def launcher_killed():
+    """`mpirun` dies, of which the ranks are the grandchildren."""
+
+    def behead(simulation):
+        if simulation.steps == STEP and simulation.communicator.rank == 0:
+            parent = Path(f"/proc/{os.getppid()}/stat").read_text(encoding="ascii")
+            os.kill(int(parent.rpartition(")")[2].split()[1]), signal.SIGKILL)
+
+    after_step(behead)
+
+
+@fault()
 def killed_in_a_snapshot():
     """The rank that writes dies with half a snapshot written."""
     in_write("snapshots", kill)

@@ -64,7 +64,7 @@ def survive(name, folder, whole, ranks=2, later_ranks=3):
     found = []
     if code not in codes and (codes or code == 0):
         found.append(f"it ends with {code}: {said[-500:]}")
-    if code in (1, 85) and "error: " not in said:
+    if code in (1, 85) and "error:" not in said:
         found.append(f"it says nothing: {said[-500:]}")
     if folder.with_name("gone").exists():
         shutil.move(folder.with_name("gone"), folder)

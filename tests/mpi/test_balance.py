@@ -8,7 +8,7 @@ from parsph.domain import imbalance
 from parsph.parallel import Communicator
 from parsph.particles import FIRST_GHOST
 from parsph.scene.build import build
-from parsph.scene.forecast import census, forecast
+from parsph.scene.forecast import forecast
 from parsph.scene.load import load_scene
 from parsph.traffic import traffic
 
@@ -107,19 +107,6 @@ def test_forecast_is_near_what_a_step_sends_and_needs(communicator, name):
     assert memory.max() == pytest.approx(expected.memory, rel=0.15)
     assert (sent.max() > 0) == (communicator.size > 1)
     assert communicator.collectives["Allreduce"] == calls + (10 if communicator.size > 1 else 0)
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_census_counts_what_a_run_begins_with(communicator, name):
-    scene = load_scene(SCENES[name])
-    domain = build(scene, Communicator()).domain
-    domain.arrange(0.0)
-    found = census(scene)
-    np.testing.assert_array_equal(found.rows, np.diff(domain.column_bounds()))
-    p = domain.particles
-    columns = np.repeat(np.arange(domain.grid.columns), np.diff(domain.column_bounds()))
-    np.testing.assert_array_equal(found.fluid, np.bincount(columns[p.fluid - p.first], minlength=domain.grid.columns))
-    np.testing.assert_array_equal(found.cost, domain.column_costs())
 
 
 def test_traffic_is_told_of_the_mean_and_the_largest(communicator):
