@@ -7,6 +7,7 @@ in turns in one run, and the fastest of several repeats of processor time counts
 import json
 import math
 import time
+from functools import partial
 
 import numpy as np
 from rich.table import Table
@@ -22,6 +23,7 @@ from .walls import INTERPOLATORS
 H_OVER_DX = (1.3, 1.7, 2.0)
 PRECISIONS = ("float64", "float32")
 JITTER, SEED = 0.2, 1
+BLOCK = 1 << 16  # particles
 
 
 @jit
@@ -84,14 +86,23 @@ def bench_scene(particles, h_over_dx, precision, squares=1):
 def jittered(scene, communicator=None, speed=0.02):
     """Return the simulation of a scene with its particles displaced and moving at random, at `speed` over c0, ready to step."""
     simulation = build(scene, communicator or Communicator())
-    p = simulation.particles
-    generator = np.random.default_rng(SEED)
+    p, generator = simulation.particles, np.random.default_rng(SEED)
     rows, dim = slice(p.first, p.last), scene.dim
-    mine, shape = p.tags[rows], (costs(scene)["particles"], dim)  # the same for all numbers of ranks
-    p.shared[rows, :dim] += generator.uniform(-JITTER, JITTER, shape)[mine] * scene.numerics.dx
-    p.shared[rows, dim : 2 * dim] = generator.normal(0.0, speed * scene.c0, shape)[mine]
+    of_all = costs(scene)["particles"], p.tags[rows], dim  # the same for all numbers of ranks
+    p.shared[rows, :dim] += drawn(partial(generator.uniform, -JITTER, JITTER), *of_all) * scene.numerics.dx
+    p.shared[rows, dim : 2 * dim] = drawn(partial(generator.normal, 0.0, speed * scene.c0), *of_all)
     simulation.prepare()
     return simulation
+
+
+def drawn(draw, count, numbers, dim):
+    """Return the rows `numbers` of a random table of shape (count, dim), of which a bounded part is in memory at a time."""
+    found = np.empty((len(numbers), dim))
+    for first in range(0, count, BLOCK):
+        block = draw((min(BLOCK, count - first), dim))
+        mine = (numbers >= first) & (numbers < first + len(block))
+        found[mine] = block[numbers[mine] - first]
+    return found
 
 
 def measure(particles, h_over_dx, precision, repeats):

@@ -304,21 +304,32 @@ def waves(
 @app.command()
 def bench(
     json_file: JsonFile = None,
-    particles: Annotated[int | None, typer.Option(min=1000, help="Default: 100,000; with --scaling 200,000.")] = None,
-    repeats: Annotated[int, typer.Option(min=1, help="The fastest of so many counts; with --scaling the median.")] = 7,
+    particles: Annotated[
+        int | None, typer.Option(min=1000, help="Default: 100,000; with --scaling and --output 200,000.")
+    ] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="The fastest of so many counts; with the options below the median.")] = 7,
     scaling: Annotated[bool, typer.Option("--scaling", help="Strong and weak scaling over ranks instead.")] = False,
     ranks: Annotated[str | None, typer.Option(metavar="N,...", help="Of --scaling. Default: 1, 2, 4 ... cores.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of --scaling. Default: bench/scaling-NNN.")] = None,
+    output: Annotated[bool, typer.Option("--output", help="How fast snapshots and checkpoints are written instead.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of --scaling, by default bench/scaling-NNN; of --output, by default this one.")
+    ] = None,
 ):
     """Measure the speed of the neighbour loop and of a whole step on one core, against a textbook loop.
 
-    With --scaling: whole steps on several ranks, which it starts itself, in a table and a plot.
+    With --scaling: whole steps on several ranks, which it starts itself, in a table and a plot.  With --output: files, on the
+    ranks that mpirun starts.
     """
     if scaling:
         from .scaling import ranks_of
         from .scaling import scaling as run_scaling
 
         run_scaling(ranks_of(ranks), particles or 200_000, repeats, out)
+        return
+    if output:
+        from .throughput import throughput
+
+        throughput(particles or 200_000, repeats, json_file, out)
         return
     from .bench import bench as run_bench
 

@@ -33,13 +33,13 @@ scene
 run examine residuals
 study
 bench verify
-scaling
+scaling throughput
 cli
 __main__
 """
 ROW_OF = {name: row for row, line in enumerate(ROWS.split("\n")) for name in line.split()}
 LAZY = {"__init__", "cli"}  # they import what a command needs when it is called, so those imports do not count
-TALKING = {"cli", "examine", "progress", "run", "bench", "scaling", "verify", "scene.plan", "scene.forecast"}
+TALKING = {"cli", "examine", "progress", "run", "bench", "scaling", "throughput", "verify", "scene.plan", "scene.forecast"}
 
 MODULES = {
     ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): path

@@ -15,7 +15,7 @@ from parsph.io.checkpoints import Checkpoint, write_checkpoint
 from parsph.io.snapshots import write_snapshot
 from parsph.parallel import Communicator
 from parsph.scene import lattice
-from parsph.scene.build import build, cuts_of
+from parsph.scene.build import build, cuts_of, grid_of
 from parsph.scene.load import load_scene
 from parsph.scene.solids import fillings_of
 
@@ -60,6 +60,21 @@ def scene(request, monkeypatch):
     return load_scene(SCENES[request.param])
 
 
+def placed(scene, communicator, grid):
+    """Return the positions of this rank's particles at the beginning."""
+    cuts = cuts_of(scene, communicator.size, communicator)
+    (filling,) = fillings_of(scene, communicator)
+    return filling.between(grid, *cuts[communicator.rank : communicator.rank + 2])[1]
+
+
+def test_placing_particles_takes_a_share_of_the_memory_of_one_rank(communicator, scene):
+    grid, _ = grid_of(scene)
+    whole, alone = peak_of(placed, scene, Communicator(), grid)
+    assert whole > alone.nbytes > 2 * SLACK, "all positions would be seen"
+    peak, mine = peak_of(placed, scene, communicator, grid)
+    assert peak < len(mine) / len(alone) * whole + SLACK
+
+
 def test_building_takes_a_share_of_the_memory_of_one_rank(communicator, scene):
     whole, alone = peak_of(build, scene, Communicator())
     count = len(alone.particles.fluid)
@@ -69,7 +84,6 @@ def test_building_takes_a_share_of_the_memory_of_one_rank(communicator, scene):
     share = share_of(mine)
     assert share < 1.1 / communicator.size
     assert peak < share * whole + SLACK
-    assert 16 * count > 2 * SLACK, "one position of each particle would be seen"
 
 
 def test_files_are_written_with_a_share_of_the_memory(communicator, scene, tmp_path):
