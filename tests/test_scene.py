@@ -495,3 +495,27 @@ def test_package_offers_scene_and_build():
     assert parsph.build is build
     with pytest.raises(AttributeError, match="nonsense"):
         parsph.nonsense  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("written", "seconds"),
+    [
+        (90, 90.0),
+        ("90", 90.0),
+        ("1.5", 1.5),
+        ("0:01:30", 90.0),
+        ("12:00:00", 43200.0),
+        ("1-02:00:00", 93600.0),
+        ("2-00:00:01.5", 172801.5),
+        ("100:00:00", 360000.0),
+    ],
+)
+def test_durations_are_seconds_or_what_queues_write(written, seconds):
+    scene = load_scene(tank(), {"time.walltime": written, "output.checkpoints.every": written})
+    assert scene.time.walltime == scene.output.checkpoints.every == seconds
+
+
+@pytest.mark.parametrize("written", ["soon", "", "-1", "-1:00:00", "nan", "1:2:3:4", "1 h", [1], 1e300, -0.5])
+def test_durations_that_are_none(written):
+    with pytest.raises(SceneError, match=r"time\.walltime"):
+        load_scene(tank(), {"time.walltime": written})

@@ -26,7 +26,7 @@ def _one_line(text):
 
 def _seconds(duration):
     """Return a duration, seconds or a text as queues write it, "12:00:00" or "1-12:00:00", in seconds."""
-    if not isinstance(duration, str):
+    if not isinstance(duration, str) or duration.replace(".", "", 1).isdecimal():
         return duration
     try:
         return _TIMEDELTA.validate_python(duration.replace("-", " days, ", 1)).total_seconds()
