@@ -34,6 +34,8 @@ from .traffic import traffic, traffic_text
 from .walls import INTERPOLATORS
 
 STARTED = time.monotonic()  # a wall time counts from when the process began
+LARGEST_SHARE, LEAST = 0.1, 10.0  # of the time that a kind of output may take, s that it takes, before the end of a run says so
+RARER = {"snapshots": "output.snapshots.every", "gauges": "gauges.N.every"}  # what makes them rarer, by phase
 CHANGEABLE = ("time.end", "time.walltime", "output.snapshots.every", "output.log.every", "output.checkpoints.every")
 
 
@@ -390,6 +392,23 @@ def wave_heights(scene, simulation):
     return {"wave height, expected [m]": expected, "wave height [m]": heights}
 
 
+def output_notes(phases):
+    """Return what takes more of the time than output should, and its cure, a list of lines.
+
+    Parameters
+    ----------
+    phases : dict of str to (float, float, float)
+        Smallest, mean and largest time over ranks [s], by phase.
+    """
+    total = sum(mean for _, mean, _ in phases.values())
+    means = {phase: phases[phase][1] for phase in RARER if phase in phases}
+    return [
+        f"note: {phase} take {mean / total:.0%} of the time; a longer {RARER[phase]} would save most of that"
+        for phase, mean in means.items()
+        if mean > LARGEST_SHARE * total and mean > LEAST
+    ]
+
+
 def _print_end(simulation, summary):
     table = phase_table(simulation.timers, simulation.communicator, summary["wall [s]"])
     if simulation.communicator.rank:
@@ -401,6 +420,8 @@ def _print_end(simulation, summary):
         f"{summary['steps']:,} steps, {duration(summary['wall [s]'])}, {rate:.2f} M evaluations/s per core; "
         f"{summary['files']} files, {size_text(summary['bytes written'])} in {summary['folder']}"
     )
+    for note in output_notes(summary["phases [s]"]):
+        out.print(note)
     if "communication" in summary:
         out.print(traffic_text(summary))
     if "walls" in summary:

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The parallel HDF5 writer against a real parallel h5py: h5py is built with Debian's Open MPI in an environment of its own,
-# scenes run there on 1, 2 and 3 ranks, and their snapshots must equal those of the ordinary environment to the bit.
+# scenes run there on 1, 2 and 3 ranks, and their snapshots must equal those of the ordinary environment to the bit; so must
+# those of runs that begin there, are stopped with a checkpoint, and go on in the ordinary environment.
 #
 #   tests/parallel_hdf5.sh [PYTHON]     PYTHON of the ordinary environment; default .venv/bin/python
 #
@@ -102,4 +103,43 @@ for case in pool "$work/dry.toml"; do
         "${compare[@]}" "$work/$name-serial" "$work/$name-$ranks"
     done
 done
-echo "parallel HDF5: snapshots equal to the bit on 1, 2 and 3 ranks, with a rank without particles too"
+
+# Checkpoints, written collectively - of `dry` by ranks without particles too -, that the serial h5py reads on 1 and 2 ranks.
+cat >"$work/stopped.py" <<'PY'
+import os, signal, sys
+from parsph.io import checkpoints
+from parsph.parallel import end_job_on_error
+from parsph.verify.injection import after_step
+
+checkpoints.LOOK = 0.0  # after every step
+after_step(lambda simulation: os.kill(os.getpid(), signal.SIGTERM), step=20)
+from parsph.cli import main
+
+main()
+PY
+for name in pool dry; do
+    [ "$name" = pool ] && set -- pool "${options[@]}" || set -- "$work/dry.toml"
+    for ranks in 2 3; do
+        run=$work/$name-stopped-$ranks
+        code=0
+        timeout 180 "$launcher" -n "$ranks" "$python" "$work/stopped.py" run "$@" --ranks-info --out "$run" >"$work/log" 2>&1 \
+            || code=$?
+        if [ "$code" != 85 ] || ! ls "$run"/checkpoints/*.vtkhdf >/dev/null 2>&1; then
+            cat "$work/log"
+            echo "$name on $ranks ranks ended with $code in place of 85 and a checkpoint"
+            exit 1
+        fi
+        "$ordinary" -c 'import h5py, sys; sizes = h5py.File(sys.argv[1])["VTKHDF/NumberOfPoints"][:]
+sys.exit(len(sizes) != int(sys.argv[2]) or (sys.argv[3] == "dry" and all(sizes)))' \
+            "$(ls "$run"/checkpoints/*.vtkhdf | tail -n 1)" "$ranks" "$name" || { echo "not the parts of $ranks ranks"; exit 1; }
+        for later in 1 2; do
+            cp -r "$run" "$run-$later"
+            timeout 180 "$("$ordinary" -c 'from pathlib import Path; import sys; print(Path(sys.executable).parent / "mpirun")')" \
+                -n "$later" "$ordinary" -m parsph resume "$run-$later" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
+            "${compare[@]}" "$work/$name-serial" "$run-$later"
+        done
+    done
+done
+
+timeout 180 "$launcher" -n 2 "$python" -m parsph bench --output --particles 200000 --repeats 3 --out "$work"
+echo "parallel HDF5: snapshots and checkpoints equal to the bit on 1, 2 and 3 ranks, with a rank without particles too"

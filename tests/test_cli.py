@@ -171,7 +171,7 @@ def assert_readable(folder, least=1, particles=1210):
     with h5py.File(folder / "series.vtkhdf") as file:
         steps = len(file["VTKHDF/Steps/Values"])
         assert file["VTKHDF/Points"].shape == (steps * particles, 3)
-        assert len(paths) - 1 <= steps <= len(paths)
+        assert steps == len(paths)
     assert len(read_table(folder / "gauges" / "level-00.csv")["time [s]"]) >= 1
 
 

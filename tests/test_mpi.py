@@ -227,3 +227,18 @@ def test_any_exception_on_one_rank_ends_the_whole_job(tmp_path, script):
     assert "rank 1:" in result.stderr
     assert "Traceback" in result.stderr
     assert "injected" in result.stderr
+
+
+def test_output_is_measured(tmp_path):
+    """On the ranks that mpirun starts; nothing is left but what is asked for."""
+    options = "--output", "--particles", 1000, "--repeats", 1, "--json", "rows.json"
+    result = parsph("bench", *options, cwd=tmp_path, ranks=2, timeout=240)
+    assert result.returncode == 0, result.stderr
+    rows = json.loads((tmp_path / "rows.json").read_text())
+    assert [row["file"] for row in rows] == ["snapshot, float64", "snapshot, float32", "checkpoint"]
+    assert {row["writer"] for row in rows} == {"collective" if h5py.get_config().mpi else "gather"}
+    for row in rows:
+        assert row["ranks"] == 2
+        assert row["bytes"] > 40 * row["particles"] > 0
+        assert min(row["seconds"], row["steps"]) > 0
+    assert [path.name for path in tmp_path.iterdir()] == ["rows.json"]

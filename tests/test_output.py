@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import shutil
 
 import h5py
 import numpy as np
@@ -13,6 +14,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 import parsph
 from parsph.errors import RunError, SceneError
+from parsph.io import polydata, snapshots
 from parsph.io.folder import output_folder
 from parsph.io.snapshots import POINT_DATA
 from parsph.io.tables import Table, read_table
@@ -108,6 +110,64 @@ def test_vtk_reads_the_series_with_true_times(written):
         assert_holds(points, arrays, fields, scene.output.snapshots.precision)
 
 
+@pytest.mark.parametrize("together", [1, 2, 3, 7])
+def test_vtk_reads_a_series_in_files_of_its_own(written, tmp_path, monkeypatch, together):
+    """What many snapshots need: references to references; the folder may be moved."""
+    folder, scene, _, seen = written
+    copy = tmp_path / "moved"
+    shutil.copytree(folder, tmp_path / "first")
+    monkeypatch.setattr(snapshots, "TOGETHER", together)
+    found = [snapshots._read(folder, path) for path in sorted((folder / "snapshots").iterdir())]
+    assert snapshots.write_series(tmp_path / "first", found[:4]) == 4 // together
+    first = {path: path.read_bytes() for path in (tmp_path / "first").glob("series/*")}
+    assert snapshots.write_series(tmp_path / "first", found, 4 // together) == 6 // together
+    assert all(path.read_bytes() == data for path, data in first.items()), "written once"
+    (tmp_path / "first").rename(copy)
+    assert len(list(copy.glob("series/*.vtkhdf"))) == 6 // together
+    for step, (_, fields) in enumerate(seen):
+        reader, data, points, arrays = read(copy / "series.vtkhdf", step)
+        assert reader.GetNumberOfSteps() == 6
+        assert data.GetNumberOfVerts() == 400
+        assert_holds(points, arrays, fields, scene.output.snapshots.precision)
+
+
+class Clock:
+    """A clock that only moves when it is told to."""
+
+    now = 100.0
+
+    def monotonic(self):
+        return self.now
+
+
+def test_the_series_takes_a_bounded_share_of_the_time(written, tmp_path, monkeypatch):
+    """Writing it takes a second here, and there is a snapshot every half second; at the end it is complete."""
+    _, _, simulation, _ = written
+    clock, seen = Clock(), []
+
+    def slow(folder, found, parts):
+        clock.now += 1.0
+        seen.append(len(found))
+        return parts
+
+    monkeypatch.setattr(snapshots, "time", clock)
+    monkeypatch.setattr(snapshots, "write_series", slow)
+    monkeypatch.setattr(snapshots, "write_snapshot", lambda *_: 400)
+    writer = snapshots.SnapshotWriter(tmp_path, 1.0, "{}", "float32")
+    begin = clock.now
+    for _ in range(1000):
+        writer.observe(simulation)
+        clock.now += 0.5
+    assert seen[0] == 1
+    assert 3 <= len(seen) <= 1 + snapshots.LARGEST_SHARE * (clock.now - begin)
+    writer.close()
+    assert seen[-1] == 1000
+    count = len(seen)
+    writer.finish(simulation)
+    writer.close()
+    assert len(seen) == count, "nothing new"
+
+
 def test_snapshots_differ_from_each_other(written):
     """Otherwise right data at each step would be no finding."""
     _, _, _, seen = written
@@ -121,8 +181,6 @@ def test_no_half_written_file_is_left(written):
 
 def test_a_snapshot_that_cannot_be_finished_leaves_the_old_one(written, tmp_path, monkeypatch):
     """Written under another name and renamed: complete or absent."""
-    from parsph.io import polydata, snapshots
-
     _, _, simulation, _ = written
     path = tmp_path / "00000.vtkhdf"
     snapshots.write_snapshot(path, simulation, "{}", "float64")

@@ -19,7 +19,7 @@ from parsph.io.checkpoints import Checkpoint, Damaged, latest, write_checkpoint
 from parsph.io.folder import Claim
 from parsph.observers import Signals
 from parsph.parallel import Communicator
-from parsph.particles import Layout
+from parsph.particles import Layout, Particles
 from parsph.run import run as run_scene
 from parsph.scene.build import build
 from parsph.scene.load import load_scene
@@ -256,6 +256,18 @@ def test_any_flipped_bit_is_found_or_does_no_harm(small, tmp_path):
         except Damaged:
             found += 1
     assert found > 50
+
+
+def test_a_rank_may_get_nothing_of_a_checkpoint(small):
+    """The columns of which are empty; the first ones are beside the domain."""
+    scene, path, _ = small
+    checkpoint, particles = Checkpoint(path), Particles(Layout(scene.dim, scene.features))
+    columns = len(checkpoint.counts)
+    assert checkpoint.counts[0] == 0
+    checkpoint.fill(particles, 0, 1)
+    assert particles.last == 0
+    checkpoint.fill(particles, 1, columns)
+    assert particles.last == checkpoint.counts.sum() > 0
 
 
 def test_what_is_not_a_number_is_not_kept(small, tmp_path):

@@ -7,6 +7,7 @@ follow from the time and from their files.
 """
 
 import json
+import math
 import signal
 import time
 import zlib
@@ -173,7 +174,7 @@ class Checkpoint:
             for field in layout.fields:
                 if field.lasting:
                     dataset = root["Points"] if field.name == "position" else root[f"PointData/{field.name}"]
-                    values = dataset[first:last].reshape(last - first, -1)
+                    values = dataset[first:last].reshape(last - first, math.prod(dataset.shape[1:]))
                     fields[field.name] = values[:, : layout.components(field)]
         particles.add(tags, **fields)
 
