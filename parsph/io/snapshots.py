@@ -102,8 +102,9 @@ class SnapshotWriter(Observer):
 
     def begin(self, simulation):
         communicator = simulation.communicator
-        self.written = communicator.on_root(lambda: self._earlier(simulation.time)) if simulation.steps else []
-        self.count, self.last_time = len(self.written), self.written[-1].time if self.written else None
+        earlier = communicator.on_root(lambda: self._earlier(simulation.time)) if simulation.steps else []
+        self.count, self.last_time = len(earlier), earlier[-1].time if earlier else None
+        self.written = earlier if communicator.rank == 0 else []  # who writes the series
         communicator.on_root(lambda: (self.folder / "snapshots").mkdir(exist_ok=True))
 
     def _earlier(self, now):

@@ -4,7 +4,7 @@ Every bar is an upper limit on the absolute value. What a case cost is a row wit
 """
 
 import json
-import time
+import os
 
 from rich.table import Table
 from rich.text import Text
@@ -53,14 +53,19 @@ def verify(cases=None, quick=False, json_file=None):
             raise SceneError(f"no case {name!r}", where="verify", cure=f"one of {', '.join(CASES)}")
     rows = []
     for name in cases or CASES:
-        begin = time.process_time()
+        begin = _processor_time()
         for metric, value, unit, bar in CASES[name](quick):
             rows.append(_row(name, metric, value, unit, bar))
-        rows.append(_row(name, "cost", time.process_time() - begin, "CPU s", None))
+        rows.append(_row(name, "cost", _processor_time() - begin, "CPU s", None))
         console().print(_table([row for row in rows if row["case"] == name]))
     if json_file:
         json_file.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     return all(row["pass"] for row in rows)
+
+
+def _processor_time():
+    """Return the CPU time [s] of this process and of those it has started."""
+    return sum(os.times()[:4])
 
 
 def _row(name, metric, value, unit, bar):
