@@ -91,8 +91,12 @@ def created(path, durable=False, **options):
     temporary = path.with_suffix(".partial")
     with writing(temporary):
         with _Disk(temporary) as disk:
-            with h5py.File(disk, "w", **options) as file:
-                yield file
+            try:
+                with h5py.File(disk, "w", **options) as file:
+                    yield file
+            except Exception:  # HDF5 reads again what could not be written, and finds fault with it
+                if disk.error is None:
+                    raise
             if durable and disk.error is None:
                 os.fsync(disk.fileno())
             if disk.error:
