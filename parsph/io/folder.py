@@ -122,11 +122,11 @@ def failure(path, error):
     return RunError(f"cannot be written: {reason}", where=str(path), why=why, cure="mend that, then go on with parsph resume")
 
 
-def write_whole(path, text):
-    """Write a text file that is complete or absent, whoever else writes it."""
+def write_whole(path, content):
+    """Write a small file of a text, or of bytes, that is complete or absent, whoever else writes it."""
     temporary = path.with_name(f".{path.name}.{platform.node()}-{os.getpid()}")
     with writing(temporary):
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
         os.replace(temporary, path)
 
 

@@ -4,6 +4,7 @@ The series refers to the snapshots, and where these are many to files over `TOGE
 So what it takes to write it, time and memory, grows by two references in a hundred snapshots.
 """
 
+import io
 import json
 import time
 from contextlib import nullcontext, suppress
@@ -17,7 +18,8 @@ from ..errors import RunError
 from ..moments import MOMENTS
 from ..observers import Observer
 from ..particles import FIELDS
-from .polydata import created, in_space, root_of, rows_of, write_polydata
+from .folder import write_whole
+from .polydata import in_space, root_of, rows_of, write_polydata
 
 POINT_DATA = ("id", "kind", *(field.name for field in FIELDS if field.snapshot))
 KINDS = "0: fluid"
@@ -193,8 +195,9 @@ def write_series(folder, snapshots, parts=0):
 
 
 def _write_joined(path, shapes, pieces, snapshots):
-    """Write one file over `pieces`, which hold the time steps of `snapshots`."""
-    with created(path) as file:
+    """Write one file over `pieces`, which hold the time steps of `snapshots`; in memory first, where no disk can be full."""
+    image = io.BytesIO()
+    with h5py.File(image, "w") as file:
         cache = file.id.get_mdc_config()
         cache.set_initial_size, cache.initial_size, cache.min_size, cache.max_size = True, CACHE, CACHE, CACHE
         file.id.set_mdc_config(cache)
@@ -202,6 +205,7 @@ def _write_joined(path, shapes, pieces, snapshots):
         for name, shape in shapes.items():
             _join(root, name, shape, pieces)
         _steps(root, shapes, snapshots)
+    write_whole(path, image.getbuffer())
 
 
 def _join(root, name, shape, pieces):

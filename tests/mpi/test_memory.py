@@ -10,7 +10,7 @@ import pytest
 from helpers import tank
 from test_slabs import gathered, rebuilt
 
-from parsph.io import polydata
+from parsph.io import polydata, snapshots
 from parsph.io.checkpoints import Checkpoint, write_checkpoint
 from parsph.io.snapshots import write_snapshot
 from parsph.parallel import Communicator
@@ -146,3 +146,19 @@ def test_a_polygon_is_filled_alike_on_all_ranks(communicator, monkeypatch):
     for found, expected in zip(mine.between(grid, own.start, own.stop), (ids, places), strict=True):
         np.testing.assert_array_equal(found, expected[chosen])
     assert mine.count == whole.count
+
+
+def test_rank_0_alone_keeps_the_list_of_snapshots_and_writes_the_series(communicator, tmp_path, monkeypatch):
+    """Also of a run that goes on, of which all ranks know how many there are."""
+    keys = {"time": {"end": 0.002}, "output": {"snapshots": {"every": 0.001}}}
+    scene = load_scene(tank(**keys))
+    build(scene, communicator, folder=tmp_path).run()
+    later = build(scene, communicator, folder=tmp_path)
+    later.time, later.steps = 0.002, 5
+    (writer,) = [observer for observer in later.observers if isinstance(observer, snapshots.SnapshotWriter)]
+    seen = []
+    monkeypatch.setattr(snapshots, "write_series", lambda folder, found, parts: seen.append(len(found)) or parts)
+    writer.begin(later)
+    writer.close()
+    assert writer.count == 3
+    assert seen == ([3] if communicator.rank == 0 else [])
