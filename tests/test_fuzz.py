@@ -77,7 +77,7 @@ def outcome(source, overrides=None):
         print_plan(scene, "odd")
     assert scene.title in printed.getvalue()
     assert load_scene(json.loads(scene_text(scene))) == scene
-    if costs(scene)["particles"] > SMALL or memory_of(scene, 3) > MEMORY / 4:
+    if costs(scene)["particles"] > SMALL or memory_of(scene) > MEMORY / 4:
         return "planned"
     with contextlib.suppress(SceneError):  # there may be fewer columns than ranks
         assert len(cuts_of(scene, 3)) == 4
@@ -571,8 +571,14 @@ EVALUATING = {
     "check_call",
 }
 LIBRARIES = {"pickle", "marshal", "shelve", "yaml", "dill", "joblib", "cloudpickle", "code", "runpy", "ctypes"}
-# Built-in studies are imported by their names, which are listed; rows of a study are runs of this program.
-KNOWN = {"study/declare.py": {"import_module"}, "study/runner.py": {"Popen"}}
+# Built-in studies are imported by their names, which are listed; rows of a study, and faults that are injected, are runs of
+# this program.
+KNOWN = {
+    "study/declare.py": {"import_module"},
+    "study/runner.py": {"Popen"},
+    "verify/injection.py": {"runpy"},
+    "verify/robustness.py": {"Popen"},
+}
 
 
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
