@@ -235,7 +235,7 @@ def test_verify_refuses_an_unknown_case(tmp_path):
     assert result.returncode == 2
     names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "interpolators", "still-tank"]
     names += ["dam-break", "wedge-tank", "kernels", "correction", "restart", "faults", "swe-pulse", "swe-dam-break"]
-    names += ["strip", "deficiency", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
+    names += ["soak", "strip", "deficiency", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
     assert list(verification.CASES) == names
