@@ -49,6 +49,17 @@ FORMS = {
     "expected memory": "{:,.0f}",
     "resident": "{:,.0f}",
 }
+TABLES = {
+    "time": ("s/step", "expected s/step", "speed-up", "efficiency", "waiting"),
+    "sent in a step by the rank with the most [bytes]": ("messages", "expected messages", "bytes", "expected bytes"),
+    "particles of all; memory of the rank with the most [bytes]; largest over mean cost": (
+        "particles",
+        "memory",
+        "expected memory",
+        "resident",
+        "imbalance",
+    ),
+}
 
 
 def scaling(ranks=None, particles=200_000, repeats=5, out=None):
@@ -253,12 +264,15 @@ def _write(folder, rows, jobs, cores):
 
 
 def _print(rows, jobs, folder):
-    title = "scaling: messages and bytes in a step of the rank with the most, memory of the largest, in bytes"
-    table = Table("", *(f"{row['kind']}, {row['ranks']}" for row in rows), title=title, title_justify="left")
-    for name, form in list(FORMS.items())[2:]:
-        table.add_row(name, *("oversubscribed" if row[name] is None else form.format(row[name]) for row in rows))
     shown = console()
-    shown.print(table)
+    for title, names in TABLES.items():
+        table = Table("", *names, title=title, title_justify="left", pad_edge=False)
+        for row in rows:
+            told = ("-" if row[name] is None else FORMS[name].format(row[name]) for name in names)
+            table.add_row(f"{row['kind']}, {row['ranks']}", *told)
+        shown.print(table)
+    if any(row["s/step"] is None for row in rows):
+        shown.print("-: no time, since the ranks are oversubscribed: more than there are cores")
     for row in rows:
         if row["ranks"] > 1 and row["s/step"] is not None:
             turns = jobs[row["kind"], row["ranks"]]

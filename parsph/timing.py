@@ -54,4 +54,6 @@ class Spread:
     @property
     def mean(self):
         """The mean so far."""
-        return self._sum / self.count if self.count else self.last
+        if not self.count:
+            return self.last
+        return min(self._sum / self.count, self.largest)  # rounding may take a mean of equal numbers above them
