@@ -11,11 +11,12 @@ small q would lose digits.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from .errors import SceneError
-from .jit import jit, like
+from .jit import by_code, jit, like
 
 WENDLAND_C2, GAUSSIAN, CUBIC_SPLINE, WENDLAND_C4, WENDLAND_C6, QUADRATIC_SPLINE, QUARTIC_SPLINE, QUINTIC_SPLINE = range(8)
 
@@ -159,44 +160,32 @@ def _quintic_spline_slope(q):
     return like(-120.0, q) + q * q * (like(120.0, q) - like(50.0, q) * q) if q < knot else rest
 
 
-@jit
+@by_code(
+    _wendland_c2_value,
+    _gaussian_value,
+    _cubic_spline_value,
+    _wendland_c4_value,
+    _wendland_c6_value,
+    _quadratic_spline_value,
+    _quartic_spline_value,
+    _quintic_spline_value,
+)
 def kernel_value(code, q):
     """w(q) of the kernel `code`."""
-    if code == WENDLAND_C2:
-        return _wendland_c2_value(q)
-    if code == WENDLAND_C4:
-        return _wendland_c4_value(q)
-    if code == WENDLAND_C6:
-        return _wendland_c6_value(q)
-    if code == GAUSSIAN:
-        return _gaussian_value(q)
-    if code == QUADRATIC_SPLINE:
-        return _quadratic_spline_value(q)
-    if code == CUBIC_SPLINE:
-        return _cubic_spline_value(q)
-    if code == QUARTIC_SPLINE:
-        return _quartic_spline_value(q)
-    return _quintic_spline_value(q)
 
 
-@jit
+@by_code(
+    _wendland_c2_slope,
+    _gaussian_slope,
+    _cubic_spline_slope,
+    _wendland_c4_slope,
+    _wendland_c6_slope,
+    _quadratic_spline_slope,
+    _quartic_spline_slope,
+    _quintic_spline_slope,
+)
 def kernel_slope(code, q):
     """w'(q) / q of the kernel `code`."""
-    if code == WENDLAND_C2:
-        return _wendland_c2_slope(q)
-    if code == WENDLAND_C4:
-        return _wendland_c4_slope(q)
-    if code == WENDLAND_C6:
-        return _wendland_c6_slope(q)
-    if code == GAUSSIAN:
-        return _gaussian_slope(q)
-    if code == QUADRATIC_SPLINE:
-        return _quadratic_spline_slope(q)
-    if code == CUBIC_SPLINE:
-        return _cubic_spline_slope(q)
-    if code == QUARTIC_SPLINE:
-        return _quartic_spline_slope(q)
-    return _quintic_spline_slope(q)
 
 
 @dataclass(frozen=True)
@@ -227,12 +216,12 @@ class Kernel:
     def value(self, r, h, dim):
         """Return W(r) [1/m^dim] for distances `r` [m] (any shape) and smoothing length `h` [m]."""
         q = np.asarray(r, float) / h
-        return self.norms[dim - 1] / h**dim * _value_of_all(self.code, q.ravel()).reshape(q.shape)
+        return self.norms[dim - 1] / h**dim * _compiled_profiles(self.code)[0](q.ravel()).reshape(q.shape)
 
     def slope(self, r, h, dim):
         """Return dW/dr [1/m^(dim+1)] for distances `r` [m] (any shape) and smoothing length `h` [m]."""
         q = np.asarray(r, float) / h
-        return self.norms[dim - 1] / h ** (dim + 1) * q * _slope_of_all(self.code, q.ravel()).reshape(q.shape)
+        return self.norms[dim - 1] / h ** (dim + 1) * q * _compiled_profiles(self.code)[1](q.ravel()).reshape(q.shape)
 
     def spread(self, dim):
         """Return the standard deviation of W in one direction over h [-]: ``sqrt(integral of W x^2 dV) / h``."""
@@ -243,20 +232,23 @@ class Kernel:
         return math.sqrt(float(self.value(q, 1.0, dim) @ shells))
 
 
-@jit
-def _value_of_all(code, q):
-    values = np.empty_like(q)
-    for k in range(len(q)):
-        values[k] = kernel_value(code, q[k])
-    return values
+@lru_cache
+def _compiled_profiles(code):
+    """Return what gives w(q), and w'(q) / q, of arrays of q."""
 
+    def values(q):
+        found = np.empty_like(q)
+        for k in range(len(q)):
+            found[k] = kernel_value(code, q[k])
+        return found
 
-@jit
-def _slope_of_all(code, q):
-    values = np.empty_like(q)
-    for k in range(len(q)):
-        values[k] = kernel_slope(code, q[k])
-    return values
+    def slopes(q):
+        found = np.empty_like(q)
+        for k in range(len(q)):
+            found[k] = kernel_slope(code, q[k])
+        return found
+
+    return jit(values), jit(slopes)
 
 
 def _gaussian_norms():

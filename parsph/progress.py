@@ -3,6 +3,7 @@
 On a terminal: a progress bar on stderr. In a job log: plain lines, flushed, since users watch job logs.
 """
 
+import math
 import os
 import sys
 import time
@@ -13,6 +14,8 @@ from rich.table import Table as RichTable
 
 from .io.gauges import EnergyGauge
 from .observers import Observer
+
+LONGEST_IN_HOURS = 4 * 86400  # s; longer durations are told in days
 
 
 class ProgressLog(Observer):
@@ -93,9 +96,11 @@ class ProgressLog(Observer):
 
 
 def duration(seconds):
-    """Return a duration as text, "1:02:03" or "4.2 s"."""
-    if not seconds < 1e9:
+    """Return a duration as text, "4.2 s", "1:02:03" or "1,250 days"; "?" where there is no end to it."""
+    if not math.isfinite(seconds):
         return "?"
+    if seconds > LONGEST_IN_HOURS:
+        return f"{seconds / 86400:,.0f} days"
     if seconds < 60:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

@@ -1,5 +1,6 @@
 """Compilation: NaN stays visible, float32 stays float32, and the disk cache is never stale."""
 
+import gc
 import math
 import shutil
 from pathlib import Path
@@ -9,7 +10,7 @@ import pytest
 from helpers import python
 
 import parsph
-from parsph.jit import compilations, jit, like
+from parsph.jit import by_code, compilations, jit, like
 
 
 @jit
@@ -20,6 +21,60 @@ def _is_nan(x):
 @jit
 def _half(x):
     return like(0.5, x) * x
+
+
+@jit
+def _double(x):
+    return 2.0 * x
+
+
+@jit
+def _square(x):
+    return x * x
+
+
+@jit
+def _cube(x):
+    return x * x * x
+
+
+@by_code(_double, _square, _cube)
+def _power(code, x):
+    """Twice, or to the power of 2 or 3."""
+
+
+@jit
+def _handed_down(code, x):
+    return _power(code, x) + 1.0
+
+
+def test_only_the_formula_of_the_code_is_compiled():
+    code = 1
+
+    @jit
+    def direct(x):
+        return _power(code, x)
+
+    @jit
+    def through(x):
+        return _handed_down(code, x)
+
+    assert (direct(3.0), through(3.0)) == (9.0, 10.0)
+    assert not _double.signatures
+    assert not _cube.signatures
+    assert _power(2, 3.0) == 27.0, "without compiled code around it"
+    assert _power.__doc__ == "Twice, or to the power of 2 or 3."
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_compiling_leaves_the_garbage_collector_as_it_was(collects):
+    before = gc.isenabled()
+    (gc.enable if collects else gc.disable)()
+    try:
+        jit(lambda x: x + 2.0 * collects)(1.0)
+        assert gc.isenabled() == collects
+    finally:
+        (gc.enable if before else gc.disable)()
 
 
 def test_nan_stays_visible_to_compiled_guards():

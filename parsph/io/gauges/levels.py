@@ -1,5 +1,7 @@
 """Water surface above a point of the bed, and the depth of shallow water."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ...jit import jit
@@ -40,7 +42,7 @@ class LevelGauge(Gauge):
         if not close.any():
             return (self.sides[0][-1],)
         scale = sweep.kernel.norms[sweep.dim - 1] / sweep.h**sweep.dim
-        return (_top_of_water(position[close, -1], away[close], volume[close] * scale, sweep.h, sweep.kernel.code),)
+        return (_compiled_top(sweep.kernel.code)(position[close, -1], away[close], volume[close] * scale, sweep.h),)
 
 
 def _with_images(position, volume, sides, place, reach):
@@ -66,27 +68,32 @@ def _fraction(z, heights, away, weights, h, kernel):
     return total
 
 
-@jit
-def _top_of_water(heights, away, weights, h, kernel):
-    """Height where the volume fraction falls through one half, from above, ignoring water thinner than h."""
-    step = 0.1 * h
-    z = heights.max() + 3.0 * h
-    bottom = heights.min()
-    surface, wet = bottom, 0
-    below = _fraction(z, heights, away, weights, h, kernel)
-    while z > bottom:
-        above = below
-        z -= step
+@lru_cache
+def _compiled_top(kernel):
+    """Return what finds the top of the water for a kernel."""
+
+    def top_of_water(heights, away, weights, h):
+        """Height where the volume fraction falls through one half, from above, ignoring water thinner than h."""
+        step = 0.1 * h
+        z = heights.max() + 3.0 * h
+        bottom = heights.min()
+        surface, wet = bottom, 0
         below = _fraction(z, heights, away, weights, h, kernel)
-        if below >= 0.5:
-            if wet == 0:
-                surface = z + step * (below - 0.5) / (below - above)
-            wet += 1
-            if wet >= 10:
-                return surface
-        else:
-            wet = 0
-    return surface
+        while z > bottom:
+            above = below
+            z -= step
+            below = _fraction(z, heights, away, weights, h, kernel)
+            if below >= 0.5:
+                if wet == 0:
+                    surface = z + step * (below - 0.5) / (below - above)
+                wet += 1
+                if wet >= 10:
+                    return surface
+            else:
+                wet = 0
+        return surface
+
+    return jit(top_of_water)
 
 
 class DepthGauge(Gauge):

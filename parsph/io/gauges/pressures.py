@@ -1,5 +1,7 @@
 """Pressure at points of the fluid or of walls."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ...jit import jit
@@ -26,33 +28,39 @@ def pressures_at(simulation, points):
     pressure = simulation.state.pressure(density)
     scale = sweep.kernel.norms[dim - 1] / sweep.h**dim
     weight = sweep.rho0 * np.array(sweep.gravity)
-    numbers = weight, sweep.h, reach_of(simulation), sweep.kernel.code
-    return _pressures(points, first, last, position, mass / density * scale, pressure, *numbers)
+    compiled = _compiled_pressures(sweep.kernel.code)
+    numbers = weight, sweep.h, reach_of(simulation)
+    return compiled(points, first, last, position, mass / density * scale, pressure, *numbers)
 
 
 COVERED = 0.25  # share of the kernel that fluid fills at a waterline on a wall
 
 
-@jit
-def _pressures(points, first, last, position, weights, pressure, weight, h, reach, kernel):
-    found = np.zeros(len(points))
-    for k in range(len(points)):
-        whole, total = 0.0, 0.0
-        for j in range(first[k], last[k]):
-            r2, head = 0.0, 0.0
-            for d in range(points.shape[1]):
-                apart = points[k, d] - position[j, d]
-                r2 += apart * apart
-                head += weight[d] * apart
-            if r2 < reach * reach:
-                VW = weights[j] * kernel_value(kernel, np.sqrt(r2) / h)
-                whole += VW
-                total += VW * (pressure[j] + head)
-        if whole > 0.0:
-            found[k] = total / whole
-            if whole < COVERED:
-                found[k] = max(found[k], 0.0)
-    return found
+@lru_cache
+def _compiled_pressures(kernel):
+    """Return what interpolates pressure at points with a kernel."""
+
+    def pressures(points, first, last, position, weights, pressure, weight, h, reach):
+        found = np.zeros(len(points))
+        for k in range(len(points)):
+            whole, total = 0.0, 0.0
+            for j in range(first[k], last[k]):
+                r2, head = 0.0, 0.0
+                for d in range(points.shape[1]):
+                    apart = points[k, d] - position[j, d]
+                    r2 += apart * apart
+                    head += weight[d] * apart
+                if r2 < reach * reach:
+                    VW = weights[j] * kernel_value(kernel, np.sqrt(r2) / h)
+                    whole += VW
+                    total += VW * (pressure[j] + head)
+            if whole > 0.0:
+                found[k] = total / whole
+                if whole < COVERED:
+                    found[k] = max(found[k], 0.0)
+        return found
+
+    return jit(pressures)
 
 
 class PressureGauge(Gauge):

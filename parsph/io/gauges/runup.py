@@ -13,6 +13,7 @@ be wet there for h up to 2 dx.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -143,22 +144,28 @@ def fractions_at(simulation, points):
         return np.zeros(0)
     sweep = simulation.sweep
     scale = sweep.kernel.norms[sweep.dim - 1] / sweep.h**sweep.dim
-    numbers = sweep.h, reach_of(simulation), sweep.kernel.code
-    return _fractions(np.ascontiguousarray(points), first, last, position, mass / density * scale, *numbers)
+    compiled = _compiled_fractions(sweep.kernel.code)
+    numbers = sweep.h, reach_of(simulation)
+    return compiled(np.ascontiguousarray(points), first, last, position, mass / density * scale, *numbers)
 
 
-@jit
-def _fractions(points, first, last, position, weights, h, reach, kernel):
-    found = np.zeros(len(points))
-    for k in range(len(points)):
-        for j in range(first[k], last[k]):
-            r2 = 0.0
-            for d in range(points.shape[1]):
-                apart = points[k, d] - position[j, d]
-                r2 += apart * apart
-            if r2 < reach * reach:
-                found[k] += weights[j] * kernel_value(kernel, np.sqrt(r2) / h)
-    return found
+@lru_cache
+def _compiled_fractions(kernel):
+    """Return what sums up fractions at points with a kernel."""
+
+    def fractions(points, first, last, position, weights, h, reach):
+        found = np.zeros(len(points))
+        for k in range(len(points)):
+            for j in range(first[k], last[k]):
+                r2 = 0.0
+                for d in range(points.shape[1]):
+                    apart = points[k, d] - position[j, d]
+                    r2 += apart * apart
+                if r2 < reach * reach:
+                    found[k] += weights[j] * kernel_value(kernel, np.sqrt(r2) / h)
+        return found
+
+    return jit(fractions)
 
 
 def shoreline(excess, along, gap):
