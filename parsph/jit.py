@@ -109,7 +109,7 @@ def by_code(*formulas):
     """Return a function ``(code, x)`` that stands for ``formulas[code](x)``, with the documentation of the one decorated.
 
     In compiled code `code` must be a constant of the function around the call, or be handed down to it from one. So no formula
-    is compiled that is not called.
+    is compiled that is not called. (A compiled function that got its code from Python would be compiled at every call.)
     """
 
     def decorate(described):

@@ -30,8 +30,8 @@ from parsph.walls.interpolation import (
     SFDI,
     SHEPARD,
     compiled_interpolation,
+    compiled_shapes,
     room_for,
-    shape_functions,
 )
 from parsph.walls.mirror import SLIPS
 from parsph.wavemakers import Swing
@@ -56,7 +56,7 @@ def shapes_of(method, apart, kernels=None):
     room = np.zeros((dim, count + 1))
     room[:, :count] = apart.T
     kernels = np.append(kernels, np.nan)  # what lies behind the neighbours must not matter
-    found = shape_functions(CODES[method], WENDLAND.code, room, kernels, count, 2.0, room_for(dim, count + 1), shapes)
+    found = compiled_shapes(WENDLAND.code)(CODES[method], room, kernels, count, 2.0, room_for(dim, count + 1), shapes)
     return found, shapes[:count]
 
 

@@ -309,7 +309,7 @@ def test_quick_is_the_smaller_size():
         ("metrics = []", "", ["groups: is missing"]),
         ("metrics = []", "[[groups]]", ["groups.0.name: is missing"]),
         ("metrics = []\ngroups = []", "", ["groups: "]),
-        ("metrics = [", "", ["mine.toml: cannot be read as TOML"]),
+        ("metrics = [", "", ["mine.toml: not valid TOML"]),
         ("metrics = []", '[[groups]]\nname = "a"\nbase = "pol"', ["row a: no scene 'pol'", "did you mean 'pool'"]),
     ],
 )
@@ -753,6 +753,37 @@ def test_bad_studies_end_with_2_and_write_nothing(place, command):
         assert text in err
         assert "Traceback" not in err
     assert stamps(place) == before
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('metrics = []\n[[groups]]\nname = "../a"\n', "groups.0.name"),
+        ("metrics = []\nsettings." + ".".join("a" * 50) + " = 1\n", "a key of more than 20 parts"),
+        ("metrics = []\nsettings = " + "{ a = " * 500 + "1" + " }" * 500, "nested too deeply"),
+        ("metrics = []\n" + "".join(f"key{k} = 1\n" for k in range(300)), "faults more"),
+        ("#" * 3_000_000, "holds 3 MB"),
+    ],
+    ids=["name", "long key", "deep", "many faults", "large"],
+)
+def test_odd_studies_are_told_in_words(place, command, text, told):
+    (place / "odd.toml").write_text(text)
+    before = stamps(place)
+    code, _, err = command("study", "odd.toml")
+    assert code == 2
+    assert told in err
+    assert "Traceback" not in err
+    assert stamps(place) == before
+
+
+def test_a_study_of_very_many_rows_is_refused_before_they_are_made(place, command):
+    axes = "".join(
+        f"[groups.axes.x{axis}]\n" + "".join(f'{k} = {{ "time.end" = {k + 1}.0 }}\n' for k in range(10)) for axis in range(12)
+    )
+    (place / "many.toml").write_text(f'metrics = []\n[[groups]]\nname = "a"\n{axes}')
+    code, _, err = command("study", "many.toml")
+    assert code == 2
+    assert "groups: 1,000,000,000,000 rows, more than 10,000" in err
 
 
 def test_folders_are_numbered(place, command):

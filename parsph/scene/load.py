@@ -57,21 +57,26 @@ def load_scene(source="pool", overrides=None):
         cure = "tables and lists as parsph show prints them"
         raise SceneError("is nested too deeply", where=scene_name(source), cure=cure) from None
     _locate(keys)  # so that a copy of the scene, as in the folder of a run, means the same file
-    try:
-        scene = Scene.model_validate(keys)
-    except ValidationError as error:
-        entries = error.errors(include_url=False)
-        raise SceneFaults([*map(fault_of, entries[:MOST_FAULTS]), *_more(entries)]) from None
+    scene = validated(Scene, keys)
     faults = faults_of(scene)
     if faults:
-        raise SceneFaults([*faults[:MOST_FAULTS], *_more(faults)])
+        raise told_at_once(faults)
     return scene
 
 
-def _more(faults):
-    """Return, in a list, the fault that stands for those that nobody would read."""
+def validated(model, keys):
+    """Return the `model` (a class of pydantic) of these keys; SceneFaults when they are none."""
+    try:
+        return model.model_validate(keys)
+    except ValidationError as error:
+        raise told_at_once(error.errors(include_url=False), lambda entry: fault_of(entry, model)) from None
+
+
+def told_at_once(faults, told=lambda fault: fault):
+    """Return the SceneFaults of `faults`, each as `told` says, but for those of very many that nobody would read."""
     more = len(faults) - MOST_FAULTS
-    return [SceneError(f"has {more:,} faults more", where="the scene", cure="mend these first")] if more > 0 else []
+    rest = [SceneError(f"{more:,} faults more", cure="mend these first")] if more > 0 else []
+    return SceneFaults([*map(told, faults[:MOST_FAULTS]), *rest])
 
 
 def scene_name(source):
@@ -151,6 +156,11 @@ def _read(source):
             cure=f"{did_you_mean(source, builtin_names())}built-in scenes: {', '.join(builtin_names())}",
         )
     return _parsed(text, source, *(("JSON", json.loads) if path.suffix == ".json" else ("TOML", _toml)))
+
+
+def read_toml(path):
+    """Return the keys of a TOML file that need not be a scene; SceneError when it is none."""
+    return _parsed(read_text(path, LARGEST_FILE, "a TOML file"), path, "TOML", _toml)
 
 
 def _toml(text):

@@ -5,19 +5,23 @@ A study is a TOML file, or one of the built-in ones, which are Python. Rows are 
 
 import importlib
 import itertools
+import math
+import os
 import pkgutil
 import re
-import tomllib
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from ..errors import SceneError, SceneFaults, did_you_mean
-from ..scene.load import fault_of, load_scene
+from ..errors import SceneError, did_you_mean
+from ..scene.load import load_scene, read_toml, told_at_once, validated
 from . import builtin
 from .metrics import COSTS, METRICS
+
+MOST_ROWS = 10_000  # of a study from a file: checks of some seconds, and a job array that queues take
 
 
 @dataclass(frozen=True)
@@ -159,7 +163,7 @@ class Study:
                 for fault in getattr(error, "faults", [error]):
                     faults.setdefault((fault.what, fault.where, fault.why, fault.cure), []).append(row.name)
         if faults:
-            raise SceneFaults([_of_rows(fault, rows) for fault, rows in faults.items()])
+            raise told_at_once(list(faults.items()), lambda entry: _of_rows(*entry))
         return scenes
 
 
@@ -194,18 +198,13 @@ def load_study(source, quick=False):
         module = importlib.import_module(f"{builtin.__name__}.{str(source).replace('-', '_')}")
         return module.study(quick)
     path = Path(source)
-    if not path.is_file():
+    if not os.path.exists(path):
         cure = f"{did_you_mean(source, builtin_names())}built-in studies: {', '.join(builtin_names())}; or a TOML file"
         raise SceneError(f"no study {str(source)!r}", cure=cure)
     try:
-        keys = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise SceneError(f"cannot be read as TOML: {error}", where=str(path), cure="mend that place") from None
-    try:
-        declared = StudyFile.model_validate(keys)
-    except ValidationError as error:
-        raise SceneFaults([fault_of(entry, StudyFile) for entry in error.errors()]) from None
-    return declared.study(path.stem, quick)
+        return validated(StudyFile, read_toml(path)).study(path.stem, quick)
+    except RecursionError:
+        raise SceneError("is nested too deeply", where=str(path), cure="settings as { numerics.dx = 0.1 }") from None
 
 
 class _Section(BaseModel):
@@ -249,8 +248,13 @@ class StudyFile(_Section):
         names = [group.name for group in self.groups]
         faults = [
             SceneError(f"two groups are called {other!r}", where="groups", cure="a name of its own for each")
-            for other in {other for other in names if names.count(other) > 1}
+            for other in _repeated(names)
         ]
+        rows = sum(math.prod(map(len, group.axes.values())) for group in self.groups)
+        if rows > MOST_ROWS:
+            faults.append(
+                SceneError(f"{rows:,} rows, more than {MOST_ROWS:,}", "groups", cure="fewer labels, or several studies")
+            )
         taken = {"row", "group", "status", "reached", *COSTS, *self.metrics}
         for number, group in enumerate(self.groups):
             for axis in taken.intersection(group.axes):
@@ -264,17 +268,21 @@ class StudyFile(_Section):
                     cure = f"one of: {', '.join(names)}"
                     faults.append(SceneError(f"no group {group!r}", where=f"{where}references.{role}", cure=cure))
         if faults:
-            raise SceneFaults(faults)
+            raise told_at_once(faults)
         settings = _dotted(self.settings) | (_dotted(self.quick) if quick else {})
         groups = tuple(group.group(self.base, settings) for group in self.groups)
         declared = Study(name, self.title or name, groups, tuple(self.metrics), self.references)
-        rows = [row.name for row in declared.rows]
-        twice = dict.fromkeys(row for row in rows if rows.count(row) > 1)
+        twice = _repeated(row.name for row in declared.rows)
         if twice:
             why = "a folder takes letters, digits and . _ - of groups and labels"
             cure = "other names or labels"
-            raise SceneFaults([SceneError(f"two rows are called {row!r}", "groups", why, cure) for row in twice])
+            raise told_at_once([SceneError(f"two rows are called {row!r}", "groups", why, cure) for row in twice])
         return declared
+
+
+def _repeated(names):
+    """Return those that occur more than once, in order of appearance."""
+    return [name for name, count in Counter(names).items() if count > 1]
 
 
 def _dotted(settings, prefix=""):

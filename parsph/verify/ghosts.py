@@ -14,7 +14,7 @@ from ..scene.load import load_scene
 from ..scene.solids import boundaries_of
 from ..study.metrics import arrival, plateau_of, rms
 from ..walls import INTERPOLATORS
-from ..walls.interpolation import HYDROSTATIC, room_for, shape_functions
+from ..walls.interpolation import HYDROSTATIC, compiled_shapes, room_for
 from .registry import case
 from .runs import run_scene
 
@@ -52,7 +52,7 @@ def _operator_errors(method, jitter, field, count=400):
         shapes = np.empty(len(near))
         over_reach = np.ascontiguousarray(apart[near].T) / reach
         work = room_for(2, len(near))
-        shape_functions(method, kernel.code, over_reach, weights, len(near), kernel.support, work, shapes)
+        compiled_shapes(kernel.code)(method, over_reach, weights, len(near), kernel.support, work, shapes)
         values = field(*particles[near].T)
         if method == HYDROSTATIC:  # what it takes off and puts back is the hydrostatic difference
             values = values + apart[near, 1]

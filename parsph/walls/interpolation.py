@@ -210,6 +210,16 @@ def room_for(dim, neighbours):
 
 
 @lru_cache
+def compiled_shapes(kernel):
+    """Return `shape_functions` of the kernel of a code, without that argument, to be called where nothing is compiled."""
+
+    def shapes_of(method, apart, kernels, count, reach_over_h, work, shapes):
+        return shape_functions(method, kernel, apart, kernels, count, reach_over_h, work, shapes)
+
+    return jit(shapes_of)
+
+
+@lru_cache
 def compiled_interpolation(dim, kernel, method):
     """Return the pass that interpolates pressure and velocity at points, for these codes; numbers at run time."""
     strips = 3 ** (dim - 1)
