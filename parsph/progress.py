@@ -117,9 +117,9 @@ def size_text(count):
     return ""
 
 
-def phase_table(timers, communicator, wall):
-    """Return the table of time per phase, smallest, mean and largest over ranks."""
-    table = RichTable(title="time per phase, in seconds, over ranks", title_justify="left")
+def phase_table(timers, communicator, wall, title):
+    """Return the table of time per phase, smallest, mean and largest over ranks, and its share of `wall` [s]."""
+    table = RichTable(title=title, title_justify="left")
     for name in ("phase", "min", "mean", "max", "share"):
         table.add_column(name, justify="left" if name == "phase" else "right")
     for phase, (low, mean, high) in sorted(timers.over_ranks(communicator).items(), key=lambda item: -item[1][1]):

@@ -190,7 +190,7 @@ def _carry_out(scene, name, folder, communicator, ranks_info, checkpoint=None):
                 observer.close()
     summary = _summary(scene, simulation, folder, name, account, log.total)
     communicator.on_root(lambda: _close(folder, summary))
-    _print_end(simulation, summary)
+    _print_end(simulation, summary, account.wall)
     return Finished(simulation, folder, summary)
 
 
@@ -216,10 +216,15 @@ class Account:
         self.earlier, self.first_step = (checkpoint.totals, checkpoint.step) if checkpoint else ({}, 0)
         self._begin = time.perf_counter(), time.process_time()
 
+    @property
+    def wall(self):
+        """Time that this part has taken so far [s of the clock]."""
+        return time.perf_counter() - self._begin[0]
+
     def totals(self):
         """Return numbers, and lists and dicts of them, by name; collective."""
         simulation, comm = self.simulation, self.simulation.communicator
-        wall, processor = time.perf_counter() - self._begin[0], time.process_time() - self._begin[1]
+        wall, processor = self.wall, time.process_time() - self._begin[1]
         mine = {"cpu [s]": processor, "core seconds": wall, **_counts(simulation)}
         now = reduce(_sum, comm.allgather(mine))
         return _sum(self.earlier, {"parts": 1, "wall [s]": wall, **now})
@@ -409,8 +414,9 @@ def output_notes(phases):
     ]
 
 
-def _print_end(simulation, summary):
-    table = phase_table(simulation.timers, simulation.communicator, summary["wall [s]"])
+def _print_end(simulation, summary, wall):
+    part = "" if summary["parts"] == 1 else f" of part {summary['parts']}"
+    table = phase_table(simulation.timers, simulation.communicator, wall, f"time per phase{part}, in seconds, over ranks")
     if simulation.communicator.rank:
         return
     out = console()

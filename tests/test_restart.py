@@ -151,7 +151,7 @@ def test_a_finished_run_goes_on_to_a_later_end(whole, tmp_path):
     run(folder, *LONG, *settings(time__end=0.2))
     result = resumed(folder)
     assert "has finished at t = 0.2 s" in result.stdout
-    resumed(folder, *settings(time__end=0.3))
+    assert "time per phase of part 2," in resumed(folder, *settings(time__end=0.3)).stdout
     assert_same_bits(results(folder), results(whole))
     assert summary_of(folder)["time [s]"] == json.loads((folder / "scene.json").read_text())["time"]["end"] == 0.3
 
