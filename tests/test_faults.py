@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(bool(why_no_mpi()), reason=why_no_mpi() or "mpi 
 def whole(tmp_path_factory):
     """The pool that nothing happens to."""
     folder = tmp_path_factory.mktemp("whole") / "run"
-    robustness.run(robustness.pool(folder), 1, 0)
+    robustness.run(robustness.pool(folder), 1)
     return folder
 
 

@@ -270,8 +270,24 @@ def second_job():
     after_step(other)
 
 
+def ask_to_end(step):
+    """Send SIGTERM to the last rank alone after a step: no fault, and the run ends with 85."""
+
+    def ask(simulation):
+        if simulation.steps == step and simulation.communicator.rank == simulation.communicator.size - 1:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    after_step(ask, step)
+
+
 def main():
-    """Inject the fault that the command line names first, and be ``parsph`` with the rest."""
-    FAULTS[sys.argv.pop(1)][0]()
+    """Inject the fault that the command line names first, or ask to end after the step that it tells there, and be ``parsph``
+    with the rest.
+    """
+    what = sys.argv.pop(1)
+    if what in FAULTS:
+        FAULTS[what][0]()
+    else:
+        ask_to_end(int(what))
     checkpoints.LOOK, checkpoints.LARGEST_SHARE = 0.0, 1.0  # after every step, as often as the scene says
     runpy.run_module("parsph", run_name="__main__", alter_sys=True)

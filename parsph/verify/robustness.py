@@ -11,6 +11,7 @@ from pathlib import Path
 from ..errors import Unfinished
 from ..io.checkpoints import Checkpoint, folder_of, write_checkpoint
 from ..io.comparison import contents, differences
+from ..io.results import Results
 from ..parallel import Communicator, python_command
 from ..scene.build import build
 from ..scene.load import load_scene
@@ -57,8 +58,7 @@ def survive(name, folder, whole, ranks=2, later_ranks=3):
     """
     _, codes = FAULTS[name]
     wanted = pool(folder, output__checkpoints__every=0.001, time__walltime=3600)
-    command = python_command("-c", "from parsph.verify.injection import main; main()", name, *wanted, ranks=ranks)
-    code, said = ended(command)
+    code, said = ended(injected(name, wanted, ranks))
     if code is None:
         return ["it hangs"]
     found = []
@@ -100,20 +100,29 @@ def restart(quick):
     """The pool, stopped by signals, on 1, 2 and then 3 ranks, against one run; a checkpoint of a million particles."""
     with tempfile.TemporaryDirectory() as work:
         whole, chain = Path(work) / "whole", Path(work) / "chain"
-        run(pool(whole), 1, 0)
-        run(pool(chain, time__walltime=1), 1, Unfinished.exit_code)
-        run(["resume", chain, "--walltime", "1"], 2, Unfinished.exit_code)
-        steps = Checkpoint(sorted(folder_of(chain).glob("*.vtkhdf"))[-1]).time
-        run(["resume", chain, "--walltime", "1:00:00"], 3, 0)
-        yield "the last part begins at", steps, "s", None
+        run(pool(whole), 1)
+        third = Results(whole).summary["steps"] // 3
+        run(pool(chain), 1, third)
+        run(["resume", chain], 2, 2 * third)
+        run(["resume", chain], 3)
+        parts = Results(chain).summary["parts"]
+        yield f"parts of {third} steps and what is left", parts, "", None
         yield "snapshots and tables that differ, 1 -> 2 -> 3 ranks", len(differences(chain, whole)), "", 0
         if not quick:
             yield from _million(Path(work) / "million.vtkhdf")
 
 
-def run(arguments, ranks, code):
-    """Run ``parsph`` with `arguments`; RuntimeError when it does not end with `code`."""
-    found, said = ended(python_command("-m", "parsph", *arguments, ranks=ranks))
+def injected(what, arguments, ranks):
+    """Return the command that runs ``parsph`` with `arguments`, and what goes wrong with it: see `injection.main`."""
+    return python_command("-c", "from parsph.verify.injection import main; main()", what, *arguments, ranks=ranks)
+
+
+def run(arguments, ranks, until=None):
+    """Run ``parsph`` with `arguments`, and ask it to end after the step `until`; RuntimeError when it does not end so."""
+    command, code = python_command("-m", "parsph", *arguments, ranks=ranks), 0
+    if until is not None:
+        command, code = injected(until, arguments, ranks), Unfinished.exit_code
+    found, said = ended(command)
     if found != code:
         raise RuntimeError(f"parsph {' '.join(map(str, arguments))} ended with {found}, not {code}:\n{said[-2000:]}")
 
@@ -144,7 +153,7 @@ def faults(quick):
     """
     with tempfile.TemporaryDirectory() as work:
         whole = Path(work) / "whole"
-        run(pool(whole), 1, 0)
+        run(pool(whole), 1)
         survived = 0
         for name in FAULTS:
             found = survive(name, Path(work) / name / "run", whole)
