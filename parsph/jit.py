@@ -17,7 +17,6 @@ from pathlib import Path
 
 import numba
 import numpy as np
-from numba import literally
 from numba.core import event, types
 from numba.extending import overload
 
@@ -70,13 +69,13 @@ class _GarbageLater(event.Listener):
     def __init__(self):
         self._depth, self._collects = 0, False
 
-    def on_start(self, event):
+    def on_start(self, _):
         if self._depth == 0:
             self._collects = gc.isenabled()
             gc.disable()
         self._depth += 1
 
-    def on_end(self, event):
+    def on_end(self, _):
         self._depth -= 1
         if self._depth == 0 and self._collects:
             gc.enable()
@@ -105,8 +104,8 @@ def _like(value, reference):
     return lambda value, reference: value
 
 
-def by_code(*formulas):
-    """Return a function ``(code, x)`` that stands for ``formulas[code](x)``, with the documentation of the one decorated.
+def by_code(formulas):
+    """Decorate a function ``(code, x)`` that stands for ``formulas[code](x)``, `formulas` a dict; its own body is not used.
 
     In compiled code `code` must be a constant of the function around the call, or be handed down to it from one. So no formula
     is compiled that is not called. (A compiled function that got its code from Python would be compiled at every call.)
@@ -122,7 +121,7 @@ def by_code(*formulas):
             if isinstance(code, types.IntegerLiteral):
                 formula = formulas[code.literal_value]
                 return lambda code, x: formula(x)
-            return lambda code, x: chosen(literally(code), x)
+            return lambda code, x: chosen(numba.literally(code), x)
 
         return chosen
 

@@ -160,30 +160,24 @@ def _quintic_spline_slope(q):
     return like(-120.0, q) + q * q * (like(120.0, q) - like(50.0, q) * q) if q < knot else rest
 
 
-@by_code(
-    _wendland_c2_value,
-    _gaussian_value,
-    _cubic_spline_value,
-    _wendland_c4_value,
-    _wendland_c6_value,
-    _quadratic_spline_value,
-    _quartic_spline_value,
-    _quintic_spline_value,
-)
+FORMULAS = {  # w(q) and w'(q) / q, by the code of the kernel
+    WENDLAND_C2: (_wendland_c2_value, _wendland_c2_slope),
+    GAUSSIAN: (_gaussian_value, _gaussian_slope),
+    CUBIC_SPLINE: (_cubic_spline_value, _cubic_spline_slope),
+    WENDLAND_C4: (_wendland_c4_value, _wendland_c4_slope),
+    WENDLAND_C6: (_wendland_c6_value, _wendland_c6_slope),
+    QUADRATIC_SPLINE: (_quadratic_spline_value, _quadratic_spline_slope),
+    QUARTIC_SPLINE: (_quartic_spline_value, _quartic_spline_slope),
+    QUINTIC_SPLINE: (_quintic_spline_value, _quintic_spline_slope),
+}
+
+
+@by_code({code: value for code, (value, _) in FORMULAS.items()})
 def kernel_value(code, q):
     """w(q) of the kernel `code`."""
 
 
-@by_code(
-    _wendland_c2_slope,
-    _gaussian_slope,
-    _cubic_spline_slope,
-    _wendland_c4_slope,
-    _wendland_c6_slope,
-    _quadratic_spline_slope,
-    _quartic_spline_slope,
-    _quintic_spline_slope,
-)
+@by_code({code: slope for code, (_, slope) in FORMULAS.items()})
 def kernel_slope(code, q):
     """w'(q) / q of the kernel `code`."""
 

@@ -38,7 +38,7 @@ def _cube(x):
     return x * x * x
 
 
-@by_code(_double, _square, _cube)
+@by_code({0: _double, 1: _square, 2: _cube})
 def _power(code, x):
     """Twice, or to the power of 2 or 3."""
 
