@@ -236,7 +236,7 @@ def test_what_is_too_large_is_refused(name):
 
 
 def test_so_many_faults_are_not_all_told():
-    with pytest.raises(SceneError, match=r"150 faults more") as caught:
+    with pytest.raises(SceneError, match=r"the scene: has 150 faults more") as caught:
         load_scene(tank(gauges=[{"kind": "level", "x": -1.0}] * 250))
     assert len(caught.value.faults) == 101
 

@@ -761,7 +761,7 @@ def test_bad_studies_end_with_2_and_write_nothing(place, command):
         ('metrics = []\n[[groups]]\nname = "../a"\n', "groups.0.name"),
         ("metrics = []\nsettings." + ".".join("a" * 50) + " = 1\n", "a key of more than 20 parts"),
         ("metrics = []\nsettings = " + "{ a = " * 500 + "1" + " }" * 500, "nested too deeply"),
-        ("metrics = []\n" + "".join(f"key{k} = 1\n" for k in range(300)), "faults more"),
+        ("metrics = []\n" + "".join(f"key{k} = 1\n" for k in range(300)), "the study: has 201 faults more"),
         ("#" * 3_000_000, "holds 3 MB"),
     ],
     ids=["name", "long key", "deep", "many faults", "large"],

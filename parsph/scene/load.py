@@ -57,25 +57,25 @@ def load_scene(source="pool", overrides=None):
         cure = "tables and lists as parsph show prints them"
         raise SceneError("is nested too deeply", where=scene_name(source), cure=cure) from None
     _locate(keys)  # so that a copy of the scene, as in the folder of a run, means the same file
-    scene = validated(Scene, keys)
+    scene = validated(Scene, keys, "the scene")
     faults = faults_of(scene)
     if faults:
-        raise told_at_once(faults)
+        raise told_at_once(faults, "the scene")
     return scene
 
 
-def validated(model, keys):
-    """Return the `model` (a class of pydantic) of these keys; SceneFaults when they are none."""
+def validated(model, keys, name):
+    """Return the `model` (a class of pydantic) of these keys; SceneFaults, with the `name` of all, when they are none."""
     try:
         return model.model_validate(keys)
     except ValidationError as error:
-        raise told_at_once(error.errors(include_url=False), lambda entry: fault_of(entry, model)) from None
+        raise told_at_once(error.errors(include_url=False), name, lambda entry: fault_of(entry, model)) from None
 
 
-def told_at_once(faults, told=lambda fault: fault):
-    """Return the SceneFaults of `faults`, each as `told` says, but for those of very many that nobody would read."""
+def told_at_once(faults, name, told=lambda fault: fault):
+    """Return the SceneFaults of what `name` says, each as `told` makes it, of very many not those that nobody would read."""
     more = len(faults) - MOST_FAULTS
-    rest = [SceneError(f"{more:,} faults more", cure="mend these first")] if more > 0 else []
+    rest = [SceneError(f"has {more:,} faults more", where=name, cure="mend these first")] if more > 0 else []
     return SceneFaults([*map(told, faults[:MOST_FAULTS]), *rest])
 
 
@@ -146,21 +146,19 @@ def _merged(base, keys):
 def _read(source):
     path = Path(source)
     if str(source) in builtin_names():
-        text = (BUILTIN / f"{source}.toml").read_text(encoding="utf-8")
-    elif os.path.exists(path):
-        text = read_text(path, LARGEST_FILE, "a TOML file")
-    else:
+        return _parsed((BUILTIN / f"{source}.toml").read_text(encoding="utf-8"), source, "TOML")
+    if not os.path.exists(path):
         raise SceneError(
             f"no scene {shown(str(source))}",
             why="it is neither a file nor the name of a built-in scene",
             cure=f"{did_you_mean(source, builtin_names())}built-in scenes: {', '.join(builtin_names())}",
         )
-    return _parsed(text, source, *(("JSON", json.loads) if path.suffix == ".json" else ("TOML", _toml)))
+    return read_keys(source, "JSON" if path.suffix == ".json" else "TOML")
 
 
-def read_toml(path):
-    """Return the keys of a TOML file that need not be a scene; SceneError when it is none."""
-    return _parsed(read_text(path, LARGEST_FILE, "a TOML file"), path, "TOML", _toml)
+def read_keys(source, language="TOML"):
+    """Return the keys of a file, which need not be a scene; SceneError when it holds none."""
+    return _parsed(read_text(Path(source), LARGEST_FILE, "a TOML file"), source, language)
 
 
 def _toml(text):
@@ -171,9 +169,12 @@ def _toml(text):
     return tomllib.loads(text)
 
 
-def _parsed(text, source, language, parse):
+PARSERS = {"TOML": _toml, "JSON": json.loads}
+
+
+def _parsed(text, source, language):
     try:
-        keys = parse(text)
+        keys = PARSERS[language](text)
     except ValueError as error:  # so are both languages' errors, and that of a number of thousands of digits
         raise SceneError(f"not valid {language}: {error}", where=str(source), cure="mend that place") from None
     if not isinstance(keys, dict):

@@ -17,7 +17,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from ..errors import SceneError, did_you_mean
-from ..scene.load import load_scene, read_toml, told_at_once, validated
+from ..scene.load import load_scene, read_keys, told_at_once, validated
 from . import builtin
 from .metrics import COSTS, METRICS
 
@@ -163,7 +163,7 @@ class Study:
                 for fault in getattr(error, "faults", [error]):
                     faults.setdefault((fault.what, fault.where, fault.why, fault.cure), []).append(row.name)
         if faults:
-            raise told_at_once(list(faults.items()), lambda entry: _of_rows(*entry))
+            raise told_at_once(list(faults.items()), "the study", lambda entry: _of_rows(*entry))
         return scenes
 
 
@@ -202,7 +202,7 @@ def load_study(source, quick=False):
         cure = f"{did_you_mean(source, builtin_names())}built-in studies: {', '.join(builtin_names())}; or a TOML file"
         raise SceneError(f"no study {str(source)!r}", cure=cure)
     try:
-        return validated(StudyFile, read_toml(path)).study(path.stem, quick)
+        return validated(StudyFile, read_keys(path), "the study").study(path.stem, quick)
     except RecursionError:
         raise SceneError("is nested too deeply", where=str(path), cure="settings as { numerics.dx = 0.1 }") from None
 
@@ -268,7 +268,7 @@ class StudyFile(_Section):
                     cure = f"one of: {', '.join(names)}"
                     faults.append(SceneError(f"no group {group!r}", where=f"{where}references.{role}", cure=cure))
         if faults:
-            raise told_at_once(faults)
+            raise told_at_once(faults, "the study")
         settings = _dotted(self.settings) | (_dotted(self.quick) if quick else {})
         groups = tuple(group.group(self.base, settings) for group in self.groups)
         declared = Study(name, self.title or name, groups, tuple(self.metrics), self.references)
@@ -276,7 +276,8 @@ class StudyFile(_Section):
         if twice:
             why = "a folder takes letters, digits and . _ - of groups and labels"
             cure = "other names or labels"
-            raise told_at_once([SceneError(f"two rows are called {row!r}", "groups", why, cure) for row in twice])
+            called = [SceneError(f"two rows are called {row!r}", "groups", why, cure) for row in twice]
+            raise told_at_once(called, "the study")
         return declared
 
 
