@@ -23,30 +23,14 @@ from parsph.particles import Layout, Particles
 from parsph.run import run as run_scene
 from parsph.scene.build import build
 from parsph.scene.load import load_scene
+from parsph.verify.robustness import SIGNALLED
 
 with_mpi = pytest.mark.skipif(bool(why_no_mpi()), reason=why_no_mpi() or "mpi is there")
-
-# A run that sends itself a signal after a step; looked for after every step instead of every half second.
-STOPPED = """
-import os, signal, sys
-import parsph.io.checkpoints
-import parsph.simulation
-from parsph.cli import main
-parsph.io.checkpoints.LOOK = 0.0
-step, rank, number = map(int, sys.argv[1:4])
-usual = parsph.simulation.Simulation.step
-def stops(self, dt):
-    usual(self, dt)
-    if self.steps == step and self.communicator.rank == rank:
-        os.kill(os.getpid(), number)
-parsph.simulation.Simulation.step = stops
-main(sys.argv[4:])
-"""
 
 
 def stopped(folder, step, number, *arguments, ranks=None, rank=0):
     """Run until a rank gets a signal after a step; return what was printed and the exit code."""
-    return python("-c", STOPPED, step, rank, int(number), *arguments, cwd=folder.parent, ranks=ranks, timeout=240)
+    return python("-c", SIGNALLED, step, rank, int(number), *arguments, cwd=folder.parent, ranks=ranks, timeout=240)
 
 
 def resumed(folder, *arguments, ranks=None):

@@ -51,6 +51,22 @@ def after_step(action, step=STEP):
     wrapped(Simulation, "step", around)
 
 
+def on_rank(rank, action, step=STEP):
+    """Call ``action(simulation)`` on one rank, negative ones counted from the last, after the step of this number."""
+
+    def only(simulation):
+        communicator = simulation.communicator
+        if simulation.steps == step and communicator.rank == rank % communicator.size:
+            action(simulation)
+
+    after_step(only, step)
+
+
+def folder_of(simulation):
+    """Return the folder of a run."""
+    return next(observer.folder for observer in simulation.observers if hasattr(observer, "written"))
+
+
 class Late:
     """Whether the run is past `STEP`."""
 
@@ -127,12 +143,11 @@ def killed_in_a_step():
 def launcher_killed():
     """`mpirun` dies, of which the ranks are the grandchildren."""
 
-    def behead(simulation):
-        if simulation.steps == STEP and simulation.communicator.rank == 0:
-            parent = Path(f"/proc/{os.getppid()}/stat").read_text(encoding="ascii")
-            os.kill(int(parent.rpartition(")")[2].split()[1]), signal.SIGKILL)
+    def behead(_):
+        parent = Path(f"/proc/{os.getppid()}/stat").read_text(encoding="ascii")
+        os.kill(int(parent.rpartition(")")[2].split()[1]), signal.SIGKILL)
 
-    after_step(behead)
+    on_rank(0, behead)
 
 
 @fault()
@@ -213,11 +228,10 @@ def folder_gone():
     """The output folder is moved away, as when a file system is unmounted."""
 
     def away(simulation):
-        if simulation.steps == STEP and simulation.communicator.rank == 0:
-            folder = next(observer.folder for observer in simulation.observers if hasattr(observer, "written"))
-            shutil.move(folder, folder.with_name("gone"))
+        folder = folder_of(simulation)
+        shutil.move(folder, folder.with_name("gone"))
 
-    after_step(away)
+    on_rank(0, away)
 
 
 # --- signals, clocks, numbers, others ------------------------------------------------------------------------------
@@ -248,10 +262,9 @@ def not_a_number():
 
     def spoil(simulation):
         p = simulation.particles
-        if simulation.steps == STEP and simulation.communicator.rank == simulation.communicator.size - 1:
-            p.view("velocity")[p.fluid[len(p.fluid) // 2]] = np.nan
+        p.view("velocity")[p.fluid[len(p.fluid) // 2]] = np.nan
 
-    after_step(spoil)
+    on_rank(-1, spoil)
 
 
 @fault(0)
@@ -259,35 +272,28 @@ def second_job():
     """Another job tries to go on in the same folder, and is refused."""
 
     def other(simulation):
-        if simulation.steps == STEP and simulation.communicator.rank == 0:
-            folder = next(observer.folder for observer in simulation.observers if hasattr(observer, "written"))
-            environment = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "MPI", "HYD"))}
-            command = python_command("-m", "parsph", "resume", folder)
-            found = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-            if found.returncode != 2 or "is in use" not in found.stderr:
-                raise RuntimeError(f"the second job ended with {found.returncode}: {found.stderr}")
+        environment = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "MPI", "HYD"))}
+        command = python_command("-m", "parsph", "resume", folder_of(simulation))
+        found = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+        if found.returncode != 2 or "is in use" not in found.stderr:
+            raise RuntimeError(f"the second job ended with {found.returncode}: {found.stderr}")
 
-    after_step(other)
-
-
-def ask_to_end(step):
-    """Send SIGTERM to the last rank alone after a step: no fault, and the run ends with 85."""
-
-    def ask(simulation):
-        if simulation.steps == step and simulation.communicator.rank == simulation.communicator.size - 1:
-            os.kill(os.getpid(), signal.SIGTERM)
-
-    after_step(ask, step)
+    on_rank(0, other)
 
 
 def main():
-    """Inject the fault that the command line names first, or ask to end after the step that it tells there, and be ``parsph``
-    with the rest.
-    """
-    what = sys.argv.pop(1)
-    if what in FAULTS:
-        FAULTS[what][0]()
-    else:
-        ask_to_end(int(what))
+    """Inject the fault that the command line names first, and be ``parsph`` with the rest."""
+    FAULTS[sys.argv.pop(1)][0]()
+    _be_parsph()
+
+
+def signalled():
+    """Have a rank send itself a signal after a step, and be ``parsph``; the command line begins with step, rank and signal."""
+    step, rank, number = (int(sys.argv.pop(1)) for _ in range(3))
+    on_rank(rank, lambda simulation: os.kill(os.getpid(), number), step)
+    _be_parsph()
+
+
+def _be_parsph():
     checkpoints.LOOK, checkpoints.LARGEST_SHARE = 0.0, 1.0  # after every step, as often as the scene says
     runpy.run_module("parsph", run_name="__main__", alter_sys=True)

@@ -20,6 +20,7 @@ from .registry import case
 
 LONGEST = 120  # s that a run of the small pool may take on a busy machine before it counts as hanging
 POOL = {"numerics.dx": 0.1, "time.end": 0.1, "output.snapshots.every": 0.02, "output.log.every": 1.0}
+FAULTY, SIGNALLED = (f"from parsph.verify.injection import {name}; {name}()" for name in ("main", "signalled"))
 MILLION = {"domain.size": [20.0, 6.0], "fluid.blocks.0.high": [20.0, 5.0], "numerics.dx": 0.01}
 
 
@@ -58,7 +59,7 @@ def survive(name, folder, whole, ranks=2, later_ranks=3):
     """
     _, codes = FAULTS[name]
     wanted = pool(folder, output__checkpoints__every=0.001, time__walltime=3600)
-    code, said = ended(injected(name, wanted, ranks))
+    code, said = ended(python_command("-c", FAULTY, name, *wanted, ranks=ranks))
     if code is None:
         return ["it hangs"]
     found = []
@@ -112,16 +113,13 @@ def restart(quick):
             yield from _million(Path(work) / "million.vtkhdf")
 
 
-def injected(what, arguments, ranks):
-    """Return the command that runs ``parsph`` with `arguments`, and what goes wrong with it: see `injection.main`."""
-    return python_command("-c", "from parsph.verify.injection import main; main()", what, *arguments, ranks=ranks)
-
-
 def run(arguments, ranks, until=None):
-    """Run ``parsph`` with `arguments`, and ask it to end after the step `until`; RuntimeError when it does not end so."""
-    command, code = python_command("-m", "parsph", *arguments, ranks=ranks), 0
-    if until is not None:
-        command, code = injected(until, arguments, ranks), Unfinished.exit_code
+    """Run ``parsph`` with `arguments`, and end it by a signal after the step `until`; RuntimeError when it does not end so."""
+    if until is None:
+        command, code = python_command("-m", "parsph", *arguments, ranks=ranks), 0
+    else:
+        first = until, ranks - 1, int(signal.SIGTERM)
+        command, code = python_command("-c", SIGNALLED, *first, *arguments, ranks=ranks), Unfinished.exit_code
     found, said = ended(command)
     if found != code:
         raise RuntimeError(f"parsph {' '.join(map(str, arguments))} ended with {found}, not {code}:\n{said[-2000:]}")
