@@ -15,7 +15,7 @@ errors
 files jit memory parallel schedule timing
 formula linear
 particles
-kernels states waves
+flows kernels states waves
 analysis measured viz
 columns geometry wavemakers
 terms damping walls

@@ -35,7 +35,8 @@ from ..terms import (
     Terms,
 )
 from ..walls import MirrorWall, PeriodicBorder
-from ..waves import Seiche, dispersion, pulse, tuned_absorption
+from ..waves import dispersion, tuned_absorption
+from .initial import fill
 from .load import scene_text
 from .movers import maker_of, place_of, relative_hinge, speed_of_waves
 from .schema import SIDES, SILL
@@ -81,7 +82,7 @@ def build(scene, communicator=None, folder=None, checkpoint=None):
     if checkpoint:
         checkpoint.fill(particles, *mine)
     else:
-        _fill(particles, scene, state, grid, fillings, *mine)
+        fill(particles, scene, state, grid, fillings, *mine)
     n, terms = scene.numerics, terms_of(scene)
     particles.summed = n.density == "summation"
     if n.diffusion == "antuono":
@@ -332,48 +333,3 @@ def _density_factor(scene, zone):
     if zone.density != "matched" or scene.shallow:
         return 0.0 if zone.density == "none" else 1.0
     return (scene.c0 / speed_of_waves(scene, scene.wave_period)) ** 2
-
-
-def _lattice_sum(scene, filling):
-    """Return the sum of W V over the lattice of a block, by which summed densities would be wrong; 1 where none are summed."""
-    if scene.numerics.density != "summation":
-        return 1.0
-    lattice = getattr(filling, "lattice", filling)
-    numbers = [math.ceil(scene.kernel.support * scene.h / step) for step in lattice.step]
-    axes = [step * np.arange(-n, n + 1) for n, step in zip(numbers, lattice.step, strict=True)]
-    distance = np.sqrt(sum(x**2 for x in np.meshgrid(*axes, indexing="ij")))
-    return float(lattice.volume * scene.kernel.value(distance, scene.h, scene.dim).sum())
-
-
-def _initial(scene, state, block, position):
-    """Return density [kg/m^3] and velocity [m/s] of a block's particles at `position` [m] at the beginning."""
-    velocity = np.zeros_like(position)
-    if block.initial == "pulse":
-        place = block.depth, block.amplitude, block.center, block.width
-        depth, velocity[:, 0] = pulse(position[:, 0], *place, scene.domain.gravity)
-        return depth, velocity
-    if scene.shallow:
-        return np.full(len(position), block.depth), velocity
-    if block.initial == "seiche":
-        length, depth = np.subtract(block.high, block.low)
-        seiche = Seiche(length, depth, block.amplitude, scene.domain.gravity)
-        velocity = seiche.velocity(position - np.array(block.low))
-    if block.pressure is not None:
-        return np.full(len(position), state.density(block.pressure)), velocity
-    return state.still_density(abs(scene.gravity[-1]) * (scene.level - position[:, -1])), velocity
-
-
-def _fill(particles, scene, state, grid, fillings, first_column, last_column):
-    """Add the particles of the columns ``first_column:last_column``."""
-    number = 0
-    for block, filling in zip(scene.fluid.blocks, fillings, strict=True):
-        ids, position = filling.between(grid, first_column, last_column)
-        density, velocity = _initial(scene, state, block, position)
-        particles.add(
-            number + ids,
-            position=position,
-            velocity=velocity,
-            density=density,
-            mass=density * filling.volume / _lattice_sum(scene, filling),
-        )
-        number += filling.count

@@ -9,6 +9,7 @@ from ..files import FORBIDDEN, LONGEST_NAME, is_file_name
 from ..io.tables import table_name
 from ..stepping import INTEGRATORS, VISCOUS_LIMIT, time_step_limit
 from ..walls import REPULSIONS, TREATMENTS
+from .check_initial import initial_faults
 from .check_waves import body_faults, maker_faults
 from .fields import SMALLEST
 from .limits import MOST_READINGS, size_faults, time_faults
@@ -25,7 +26,7 @@ def faults_of(scene):
     faults = _shapes(scene) or _shallow(scene) or size_faults(scene) or _treatment(scene)
     faults = faults or maker_faults(scene) + body_faults(scene) or relaxation_faults(scene) or wall_faults(scene)
     rest = _numerics, _terms, _geometry, _sliding, _periodic, _damping, _gauges
-    return faults or [fault for part in rest for fault in part(scene)] or time_faults(scene)
+    return faults or [fault for part in rest for fault in part(scene)] or initial_faults(scene) or time_faults(scene)
 
 
 def _vector(where, values, dim):
@@ -45,6 +46,7 @@ def _shapes(scene):
     for number, block in enumerate(scene.fluid.blocks):
         faults += _vector(f"fluid.blocks.{number}.low", block.low, scene.dim)
         faults += _vector(f"fluid.blocks.{number}.high", block.high, scene.dim)
+        faults += _vector(f"fluid.blocks.{number}.velocity", block.velocity, scene.dim)
     for number, gauge in enumerate(scene.gauges):
         for key in ("point", "extent", "low", "high"):
             faults += _vector(f"gauges.{number}.{key}", getattr(gauge, key, None), scene.dim)

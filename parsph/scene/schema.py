@@ -70,14 +70,22 @@ class Block(Section):
         None, description="vertices [m] of a polygon, in place of low and high (2D)"
     )
     ellipse: Ellipse | None = Field(None, description="an ellipse, in place of points (2D)")
-    initial: Literal["still", "seiche", "pulse"] = Field(
+    initial: Literal["still", "seiche", "pulse", "rotation", "stretching", "vortices"] = Field(
         "still",
         description="still: at rest; seiche: velocities of the first standing wave of the block (2D); "
-        "pulse: a hump that travels to the right (shallow water)",
+        "pulse: a hump that travels to the right (shallow water); without gravity (2D): rotation of a rectangle, stretching of "
+        "an ellipse, vortices (Taylor-Green) in a square that fills a periodic domain, each with its pressure",
     )
+    velocity: Vector | None = Field(None, description="of the whole block, beside that of its initial flow [m/s]")
     amplitude: NotNegative = Field(0.0, description="amplitude of the seiche, height of the pulse [m]")
+    rate: Number | None = Field(
+        None, description="angular velocity of the rotation, counter-clockwise; A of the stretching u = -A x, v = A y [1/s]"
+    )
+    speed: Positive | None = Field(None, description="largest velocity of the vortices [m/s]")
     pressure: Number | None = Field(
-        None, description="the same pressure everywhere in the block at the beginning [Pa]; default: that of water at rest"
+        None,
+        description="the same pressure everywhere in the block at the beginning, beside that of its initial flow [Pa]; "
+        "default: that of water at rest",
     )
     depth: Positive | None = Field(None, description="still-water depth [m]; for state shallow, and needed there")
     center: Number | None = Field(None, description="where the pulse begins [m]")
