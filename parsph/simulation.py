@@ -90,11 +90,7 @@ class Simulation:
         if self._staged:  # something of all neighbours must be known before the sweep
             self._finish_halo()
             if self.gradients:
-                with timers("gradients"):
-                    self.gradients(particles, domain.starts, domain.slab)
-                if self.communicator.size > 1:
-                    with timers("halo"):
-                        domain.exchange_edges(particles.gradient)
+                self.refresh_gradients()
             if self.correction:
                 with timers("correction"):
                     self.correction(particles, domain.starts, domain.slab)
@@ -117,6 +113,15 @@ class Simulation:
             with timers("damping"):
                 zone.restrain(particles, *domain.rows_between(*zone.span))
         self.evaluations += 1
+
+    def refresh_gradients(self):
+        """Work out the renormalised gradients of the arranged fluid, halos included."""
+        domain, timers = self.domain, self.timers
+        with timers("gradients"):
+            self.gradients(self.particles, domain.starts, domain.slab)
+        if self.communicator.size > 1:
+            with timers("halo"):
+                domain.exchange_edges(self.particles.gradient)
 
     def _arrange(self, time):
         """Bring pressures, order and images up to date, and begin to exchange the halos."""

@@ -493,6 +493,19 @@ class Sweep:
 
     def __call__(self, particles, starts, slab, first_column, last_column):
         """Set the rates of the fluid in the local columns ``first_column:last_column`` of `slab`."""
+        p = particles
+        self._sum(p, starts, slab, first_column, last_column, (p.acceleration, p.density_rate, p.drift, p.strain_rate))
+
+    def rates(self, particles, starts, slab):
+        """Return acceleration [m/s^2], density rate [kg/m^3/s] and drift [m/s] of the fluid of `slab`, in arrays like those of
+        `particles`, which stay as they are.
+        """
+        p = particles
+        arrays = [np.zeros_like(array) for array in (p.acceleration, p.density_rate, p.drift, p.strain_rate)]
+        self._sum(p, starts, slab, 1, slab.columns + 1, arrays)
+        return arrays[:3]
+
+    def _sum(self, particles, starts, slab, first_column, last_column, rates):
         stride, grid = slab.grid.stride, slab.grid
         self.compiled(
             particles.shared,
@@ -505,8 +518,5 @@ class Sweep:
             (grid.cell, grid.shape),
             self.numbers,
             self.gravity,
-            particles.acceleration,
-            particles.density_rate,
-            particles.drift,
-            particles.strain_rate,
+            *rates,
         )

@@ -11,7 +11,7 @@ from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
 from ..domain.domain import end_columns
 from ..gradients import DensityFilter, Gradients
-from ..io.gauges import BodyGauge, DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PressureGauge, RunupGauge
+from ..io.gauges import BodyGauge, DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PowerGauge, PressureGauge, RunupGauge
 from ..io.snapshots import SnapshotWriter
 from ..io.tables import table_name
 from ..moments import Correction, Moments
@@ -289,6 +289,8 @@ def gauges_of(scene, folder, motions, movers):
         elif gauge.kind == "body":
             body = next(mover for mover in movers if isinstance(mover, MovableWall) and mover.name == gauge.wall)
             gauges.append(BodyGauge(*head, body, folder))
+        elif gauge.kind == "power":
+            gauges.append(PowerGauge(*head, folder))
         else:
             gauges.append(EnergyGauge(*head, gauge.low or open_low, gauge.high or open_high, folder))
     return gauges

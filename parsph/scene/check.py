@@ -402,6 +402,9 @@ def _gauges(scene):
             faults += _on_wall(scene, gauge, where)
         if gauge.kind == "force":
             continue
+        if gauge.kind == "power":
+            faults += _power(scene, where)
+            continue
         if gauge.kind == "energy":
             if gauge.low and gauge.high and not all(a < b for a, b in zip(gauge.low, gauge.high, strict=True)):
                 faults.append(SceneError("the region is empty", where=where, cure="low < high in every direction"))
@@ -415,6 +418,19 @@ def _gauges(scene):
             if not 0 <= x <= extent:
                 faults.append(SceneError(f"{x:g} m lies outside the domain", where=where, cure=f"0 to {extent:g} m"))
     return faults
+
+
+def _power(scene, where):
+    """What a gauge of power does not account for."""
+    n = scene.numerics
+    for key, named, why in (
+        ("walls.treatment", scene.lines and scene.treatment.family == "markers", "markers act beside the pairs of particles"),
+        ("numerics.density", n.density == "summation", "densities are summed, no rate changes them"),
+        ("numerics.xsph_continuity", n.xsph_continuity, "its continuity equation has the velocities of the evaluation before"),
+    ):
+        if named:
+            return [SceneError(f"does not go with {key} of this scene", f"{where}.kind", why, "another gauge")]
+    return []
 
 
 def _on_wall(scene, gauge, where):

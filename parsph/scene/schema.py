@@ -264,6 +264,14 @@ class EnergyGauge(Section):
     every: Positive = Field(0.05, description="sampling interval [s]")
 
 
+class PowerGauge(Section):
+    """Power that viscosity, diffusion and all else give the fluid: with an energy gauge, its energy books."""
+
+    kind: Literal["power"]
+    name: Text | None = Field(None, description="name of the table; default: kind and number")
+    every: Positive = Field(0.05, description="sampling interval [s]; a sample costs two evaluations")
+
+
 class ForceGauge(Section):
     """Force and moment of the fluid's pressure on a wall (2D, per metre of width)."""
 
@@ -295,9 +303,9 @@ class BodyGauge(Section):
     every: Positive = Field(0.01, description="sampling interval [s]")
 
 
-GAUGE_KINDS = ("level", "pressure", "energy", "force", "runup", "body")
+GAUGE_KINDS = ("level", "pressure", "energy", "power", "force", "runup", "body")
 GaugeSection = Annotated[
-    LevelGauge | PressureGauge | EnergyGauge | ForceGauge | RunupGauge | BodyGauge, Field(discriminator="kind")
+    LevelGauge | PressureGauge | EnergyGauge | PowerGauge | ForceGauge | RunupGauge | BodyGauge, Field(discriminator="kind")
 ]
 
 

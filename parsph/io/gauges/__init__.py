@@ -8,6 +8,7 @@ from .base import Gauge, column_sums, fluid_near, gathered, particles_near, tota
 from .energy import EnergyGauge
 from .forces import BodyGauge, ForceGauge, force_on
 from .levels import DepthGauge, LevelGauge
+from .power import PowerGauge
 from .pressures import COVERED, PressureGauge, pressures_at
 from .runup import RunupGauge, ascents
 
@@ -19,6 +20,7 @@ __all__ = [
     "ForceGauge",
     "Gauge",
     "LevelGauge",
+    "PowerGauge",
     "PressureGauge",
     "RunupGauge",
     "ascents",
