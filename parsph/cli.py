@@ -259,6 +259,17 @@ def analyse_energy(
     energy(folder, low, high, json_file)
 
 
+@analyse.command("books")
+def analyse_books(folder: RunFolder, json_file: JsonFile = None):
+    """Energy books: the change of all energies, and what viscosity, diffusion and all else (walls, shifting) gave or took.
+
+    Needs a gauge of energy and one of power.
+    """
+    from .examine import books
+
+    books(folder, json_file)
+
+
 @app.command()
 def plot(
     folder: RunFolder,

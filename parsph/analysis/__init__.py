@@ -4,6 +4,7 @@ Amplitudes are complex: ``a`` stands for ``Re[a exp(i w t)]``, t as in the recor
 """
 
 from .along import Decay, SecondHarmonic, decay_along, expected_decay, harmonics_along, second_harmonic
+from .books import Books, energy_books
 from .crossings import WaveSummary, mean_height, wave_summary, waves_of
 from .differences import energy_difference, kinetic_energy, level_difference, reflection_ratio
 from .oscillations import Oscillation, oscillation
@@ -12,6 +13,7 @@ from .separation import ReflectionSpectrum, Separation, check_gauges, reflection
 from .spectra import Spectrum, WaveStatistics, spectrum, statistics
 
 __all__ = [
+    "Books",
     "Decay",
     "Oscillation",
     "ReflectionSpectrum",
@@ -22,6 +24,7 @@ __all__ = [
     "WaveSummary",
     "check_gauges",
     "decay_along",
+    "energy_books",
     "energy_difference",
     "expected_decay",
     "harmonics",

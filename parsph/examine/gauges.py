@@ -43,6 +43,46 @@ def waves(folder, gauges=None, start=0.0, json_file=None):
     show(rows, json_file)
 
 
+def books(folder, json_file=None):
+    """Print the energy books of a run: its energies at the beginning and at the end, and what took or gave the difference.
+
+    Parameters
+    ----------
+    folder : path
+        Of a run with a gauge of energy, of everything, and one of power.
+    json_file : path, optional
+        Where the rows go too.
+
+    Raises
+    ------
+    SceneError
+        When there are no such gauges.
+    """
+    results = Results(folder)
+    whole = [name for name, keys in results.gauges("energy").items() if keys["low"] is None and keys["high"] is None]
+    powers = list(results.gauges("power"))
+    for names, keys in ((whole, 'kind = "energy" without low and high'), (powers, 'kind = "power"')):
+        if not names:
+            why, cure = "energy books need one", f"[[gauges]] {keys}, every = ... [s]"
+            raise SceneError(f"the run had no gauge with {keys}", where=str(folder), why=why, cure=cure)
+    energy, power = (np.stack(list(results.table(names[0]).values()), axis=1) for names in (whole, powers))
+    found = analysis.energy_books(energy, power)
+    largest = np.abs(found.open).max()
+    entries = [
+        (part, energy[-1, column] - energy[0, column])
+        for column, part in enumerate(("kinetic", "potential", "compressible"), 2)
+    ]
+    entries = [(f"change of {part} energy", value) for part, value in entries]
+    entries += [("given by viscosity", found.viscosity[-1]), ("given by diffusion", found.diffusion[-1])]
+    entries += [("given by all else, walls included", found.rest[-1]), ("not accounted for", found.open[-1])]
+    entries += [("not accounted for, largest", largest)]
+    scale = np.ptp(energy[:, 2]) or 1.0
+    show(
+        [{"entry": name, "J": float(value), "of the range of kinetic energy": float(value / scale)} for name, value in entries],
+        json_file,
+    )
+
+
 def reflection(folder, gauges=None, start=0.0, period=None, periods=4, spectrum=None, json_file=None):
     """Print incident and reflected waves.
 

@@ -89,7 +89,7 @@ def doubts_of(scene):
                 f'numerics.h_over_dx: {n.h_over_dx:g} with density = "renormalised" stirs the surface of still water within '
                 f"some 20 s; at most {STILL_H_OVER_DX:g}"
             )
-        if scene.lines:
+        if scene.lines and scene.domain.gravity > 0:
             doubts.append(
                 'numerics.density: "renormalised" has been seen to stir the water over slopes of ghosts, in small eddies; '
                 '"continuity", or walls that are mirrors'

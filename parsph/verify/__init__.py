@@ -14,12 +14,15 @@ from ..progress import console
 from . import (  # they register their cases in this order
     basins,  # noqa: F401
     channels,  # noqa: F401
+    free,  # noqa: F401
     ghosts,  # noqa: F401
     kernels,  # noqa: F401
+    long,  # noqa: F401
     robustness,  # noqa: F401
     shallow,  # noqa: F401
     soak,  # noqa: F401
     treatments,  # noqa: F401
+    violent,  # noqa: F401
     wave_absorption,  # noqa: F401
     waves,  # noqa: F401
 )

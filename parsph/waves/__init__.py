@@ -6,7 +6,7 @@ can be (`limits`), and a table of all that for one wave (`summary`).
 """
 
 from .absorption import sent_back, tuned_absorption
-from .basins import Seiche
+from .basins import Seiche, Sloshing
 from .limits import HIGHEST_SOLITARY, breaking_height, highest_wave, mccowan, miche, regime, second_harmonic, ursell
 from .linear import (
     Dispersion,
@@ -52,6 +52,7 @@ __all__ = [
     "PiersonMoskowitz",
     "RegularWave",
     "Seiche",
+    "Sloshing",
     "Solitary",
     "Tabulated",
     "WallImpact",

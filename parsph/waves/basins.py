@@ -57,3 +57,56 @@ class Seiche:
         """
         mode = self.velocity(position)
         return float((velocity * mode).sum() / (mode**2).sum())
+
+
+@dataclass(frozen=True)
+class Sloshing:
+    """Linear waves in a rectangular tank that is shaken along its bed.
+
+    The modes cos(k_n x), k_n = n pi / L with n odd, follow ``b_n'' + w_n^2 b_n = 4/(n pi) tanh(k_n d) X''``: Faltinsen & Timokha
+    (2009), section 5.3, with x from the left wall and X the way of the tank.
+
+    Attributes
+    ----------
+    length, depth : float
+        Of the water [m].
+    gravity : float
+        [m/s^2]
+    modes : int
+        How many count.
+    """
+
+    length: float
+    depth: float
+    gravity: float
+    modes: int = 5
+
+    @property
+    def wavenumbers(self):
+        """k_n [1/m], shape (modes,)."""
+        return np.arange(1, 2 * self.modes, 2) * math.pi / self.length
+
+    def momentum(self, times, motion):
+        """Return the momentum of the water along the bed over its mass [m/s] at `times` [s], from rest at the first.
+
+        ``X' - sum over n of 2 b_n'/(L d k_n^2)``.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            [s]
+        motion : callable
+            Takes a time and gives velocity [m/s] and acceleration [m/s^2] of the tank.
+        """
+        from scipy.integrate import solve_ivp  # slow to import, and few need it
+
+        k = self.wavenumbers
+        squares = self.gravity * k * np.tanh(k * self.depth)
+        forcing = 4 / (k * self.length) * np.tanh(k * self.depth)
+
+        def rates(time, state):
+            return np.concatenate([state[self.modes :], forcing * motion(time)[1] - squares * state[: self.modes]])
+
+        span, start = (times[0], times[-1]), np.zeros(2 * self.modes)
+        speeds = solve_ivp(rates, span, start, t_eval=times, rtol=1e-8, atol=1e-10).y[self.modes :]
+        return np.array([motion(time)[0] for time in times]) - 2 / (self.length * self.depth) * (speeds.T / k**2).sum(axis=1)

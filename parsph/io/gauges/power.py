@@ -11,8 +11,8 @@ from .base import Gauge, column_sums, total_of_columns
 class PowerGauge(Gauge):
     """Power that viscosity and density diffusion give the fluid, below 0 where they take it, and what all else gives.
 
-    ``dE/dt = sum_a m_a (v_a . dv_a/dt + p_a/rho_a^2 drho_a/dt - g . dx_a/dt)`` is the sum of the three: its integral over time is
-    the change of energy but for the error of the time step. Pairs of fluid keep kinetic, potential and compressible energy,
+    ``dE/dt = sum_a m_a (v_a . dv_a/dt + p_a/rho_a^2 drho_a/dt - g . dx_a/dt)`` is the sum of the three: its integral over time
+    is the change of energy but for the error of the time step. Pairs of fluid keep kinetic, potential and compressible energy,
     whatever they do (Price 2012, J. Comput. Phys. 231, 759), but by the first two; what all else gives is what walls do,
     tensile control, particle shifting and divergences other than the plain one.
 
