@@ -63,8 +63,8 @@ class Seiche:
 class Sloshing:
     """Linear waves in a rectangular tank that is shaken along its bed.
 
-    The modes cos(k_n x), k_n = n pi / L with n odd, follow ``b_n'' + w_n^2 b_n = 4/(n pi) tanh(k_n d) X''``: Faltinsen & Timokha
-    (2009), section 5.3, with x from the left wall and X the way of the tank.
+    The modes cos(k_n x), k_n = n pi / L with n odd, follow ``b_n'' + w_n^2 b_n = 4/(n pi) tanh(k_n d) X''``, with x from the
+    left wall and X the way of the tank: Faltinsen & Timokha (2009), section 5.3.
 
     Attributes
     ----------
