@@ -51,7 +51,7 @@ class Domain:
     exchanging : bool
         Whether fluid behind a mirror wall changes places with its images; else it is lost.
     borders : sequence of PeriodicBorder
-        Of the axes along which everything repeats.
+        Of the axes along which everything repeats, that of x first.
     """
 
     def __init__(

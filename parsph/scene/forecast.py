@@ -263,7 +263,7 @@ def print_forecast(scene, ranks):
     out.print(table)
     good = [row.ranks for row in rows if alone / row.step / row.ranks >= GOOD]
     out.print(
-        f"{grid.columns:,} columns of cells, {grid.cell:.3g} m wide; walls keep the first {ends[0]} and the last {ends[1]} "
+        f"{grid.columns:,} columns of cells, {grid.cell:.3g} m wide; the ends keep the first {ends[0]} and the last {ends[1]} "
         f"on a rank each: at most {most:,} ranks. Of those above, up to {good[-1]:,} are used to {GOOD:.0%} or more."
     )
     out.print(
