@@ -100,7 +100,11 @@ class PeriodicBorder:
         return self.high - self.low
 
     def come_in(self, particles):
-        """Bring the fluid that left at one end in at the other."""
+        """Bring the fluid that left at one end in at the other.
+
+        Positions at the beginning of a step stay: what an integrator that goes on from there puts beyond an end again comes in
+        when the step is over.
+        """
         p = particles
         come_in(p.shared, p.tags, p.first, p.last, self.axis, self.low, self.high)
 
