@@ -66,7 +66,24 @@ def cell_of(rows, i, low, inverse, shape):
 
 
 @jit
-def assign_cells(rows, tags, cells, first, last, low, inverse, shape, box_low, box_high, first_cell, last_cell, near, close):
+def assign_cells(
+    rows,
+    tags,
+    cells,
+    first,
+    last,
+    low,
+    inverse,
+    shape,
+    box_low,
+    box_high,
+    first_cell,
+    last_cell,
+    round_below,
+    round_above,
+    near,
+    close,
+):
     """Put every fluid particle of ``first:last`` into its cell; drop ghosts; mark those that left the slab.
 
     Parameters
@@ -77,6 +94,9 @@ def assign_cells(rows, tags, cells, first, last, low, inverse, shape, box_low, b
         The grid, and the box that no particle may leave [m].
     first_cell, last_cell : int
         Global cells of the slab.
+    round_below, round_above : int
+        What left to global cells below the one, or from the other on, went through an end of a periodic x: that is to the left
+        of the first slab, or to the right of the last one.
     near : ndarray of bool, one per cell of the slab
         Cells whose particles can have mirror images.
     close : ndarray of int32
@@ -99,10 +119,10 @@ def assign_cells(rows, tags, cells, first, last, low, inverse, shape, box_low, b
             break
         cell = cell_of(rows, i, low, inverse, shape)
         if cell < first_cell:
-            cells[i] = LEFT
+            cells[i] = RIGHT if cell < round_below else LEFT
             left += 1
         elif cell >= last_cell:
-            cells[i] = RIGHT
+            cells[i] = LEFT if cell >= round_above else RIGHT
             left += 1
         else:
             cells[i] = cell - first_cell
@@ -110,6 +130,13 @@ def assign_cells(rows, tags, cells, first, last, low, inverse, shape, box_low, b
                 close[count] = i
                 count += 1
     return bad, left, count
+
+
+@jit
+def place_rows(rows, cells, first, last, low, inverse, shape, first_cell):
+    """Put the rows ``first:last`` into their local cells, those of a slab that begins with the global cell `first_cell`."""
+    for i in range(first, last):
+        cells[i] = cell_of(rows, i, low, inverse, shape) - first_cell
 
 
 @jit

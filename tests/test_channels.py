@@ -811,7 +811,7 @@ FAULTS = {
         "wavemaker: there is no bed to hinge it at",
     ),
     "up twice": ({"domain.periodic": ["up", "up"]}, "domain.periodic: names an axis twice"),
-    "x": ({"domain.periodic": ["x"]}, "domain.periodic.0"),
+    "an axis that is none": ({"domain.periodic": ["z"]}, "domain.periodic.0"),
     "a seiche": ({"fluid.blocks.0.initial": "seiche"}, "fluid.blocks.0.initial: cannot begin so"),
     "damped densities": (
         {"damping": [{"length": 0.3, "density": "plain"}]},

@@ -20,10 +20,11 @@ LONG = settings(**POOL, time__end=0.3, output__snapshots__every=0.1)
 BRIEF = settings(**POOL, time__end=0.04, output__snapshots__every=0.02)
 
 
-@pytest.mark.parametrize("ranks", [2, 3])
-def test_suite_on_ranks(ranks):
+@pytest.mark.parametrize(("ranks", "part"), [(2, ""), (3, ""), (5, "test_periodic_slabs.py")])
+def test_suite_on_ranks(ranks, part):
     """On one rank they run among all other tests."""
-    command = [MPIRUN, "-n", str(ranks), sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "tests/mpi"]
+    tests = f"tests/mpi/{part}"
+    command = [MPIRUN, "-n", str(ranks), sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", tests]
     result = subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, timeout=400, stdin=subprocess.DEVNULL, env=os.environ
     )

@@ -59,7 +59,7 @@ def simulation_of(position, volume, kernel="wendland-c2", time=0.0):
     fields = {"position": position, "mass": np.full(count, 1000.0 * volume), "density": np.full(count, 1000.0)}
     return SimpleNamespace(
         particles=SimpleNamespace(tags=np.arange(count), field=lambda name, rows: fields[name][rows]),
-        domain=SimpleNamespace(rows_between=lambda low, high: (0, count)),
+        domain=SimpleNamespace(fluid_between=lambda low, high: np.arange(count), borders=()),
         sweep=SimpleNamespace(kernel=KERNELS[kernel], h=H, h_growth=1.0, dim=2),
         communicator=Communicator(),
         time=time,

@@ -61,9 +61,12 @@ BASIN = {
 }
 
 
-@pytest.mark.parametrize("source", [BASIN, "pool", "couette", "swe-dam-break", "wedge-tank"])
+ENDLESS = {**BASIN, "domain": {"size": [0.3, 0.2, 0.2], "periodic": ["x", "y"]}, "walls": {"bottom": {}}}
+
+
+@pytest.mark.parametrize("source", [BASIN, ENDLESS, "pool", "couette", "swe-dam-break", "wedge-tank"])
 def test_census_counts_what_a_scene_begins_with(source):
-    """Mirrors with corners, also in 3D; a periodic border, lines of one dimension, walls of ghosts that meet."""
+    """Mirrors with corners, also in 3D; periodic borders, lines of one dimension, walls of ghosts that meet."""
     scene = load_scene(source)
     found, domain = census(scene), build(scene, Communicator()).domain
     domain.arrange(-scene.time.settle)

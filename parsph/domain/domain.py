@@ -10,11 +10,11 @@ from ..columns import (
     LEFT,
     RIGHT,
     assign_cells,
-    cell_of,
     collect_leavers,
     count_cells,
     gather_rows,
     order_by_cell,
+    place_rows,
 )
 from ..errors import RunError
 from ..particles import FIRST_GHOST, identities
@@ -51,7 +51,7 @@ class Domain:
     exchanging : bool
         Whether fluid behind a mirror wall changes places with its images; else it is lost.
     borders : sequence of PeriodicBorder
-        Of the axes along which everything repeats.
+        Of the axes along which everything repeats, that of x first.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Domain:
         self.exchanging, self.borders = exchanging, borders
         self.reach, self.box, self.gravity, self.state = reach, box, gravity, state
         self.communicator = communicator
-        self.exchange = Exchange(communicator, particles)
+        self.exchange = Exchange(communicator, particles, ring=any(border.axis == 0 for border in borders))
         self._bands = [wall.band(reach, wetted) for wall in walls]
         for border in borders:
             self._bands += border.bands(reach, len(grid.shape))
@@ -90,6 +90,9 @@ class Domain:
         self.cuts = tuple(cuts)
         rank = self.communicator.rank
         self.slab = Slab(self.grid, self.cuts[rank], self.cuts[rank + 1])
+        ring, stride = self.exchange.across is not None, self.grid.stride
+        self._round_below = self.cuts[1] * stride if ring and rank else 0
+        self._round_above = (self.grid.columns if not ring or rank else self.cuts[-2]) * stride
         self._counts = np.zeros(self.slab.cells, np.int64)
         self._near = self._cells_near_walls()
         self._between = {}
@@ -171,6 +174,8 @@ class Domain:
             *self.box,
             slab.first * grid.stride,
             slab.last * grid.stride,
+            self._round_below,
+            self._round_above,
             self._near,
             self._close,
         )
@@ -205,22 +210,24 @@ class Domain:
             leavers.append(rows[: collect_leavers(p.cells, p.first, p.last, direction, rows)] if left else rows)
         last = p.last
         self.exchange.migrate(*leavers)
-        grid, first_cell = self.grid, self.slab.first * self.grid.stride
+        place_rows(p.shared, p.cells, last, p.last, *self._place())
+        cells = p.cells[last : p.last]
+        lost = np.flatnonzero((cells < 0) | (cells >= self.slab.cells))
+        if len(lost):
+            self._lost(last + lost[0], "crossed a whole slab in one step")
         if len(self._close) < len(p.tags):
             self._close = np.resize(self._close, len(p.tags))
-        for row in range(last, p.last):
-            cell = cell_of(p.shared, row, grid.low, 1.0 / grid.cell, grid.shape) - first_cell
-            if not 0 <= cell < self.slab.cells:
-                self._lost(row, "crossed a whole slab in one step")
-            p.cells[row] = cell
-            if self._near[cell]:
-                self._close[self._close_count] = row
-                self._close_count += 1
+        near = last + np.flatnonzero(self._near[cells])
+        self._close[self._close_count : self._close_count + len(near)] = near
+        self._close_count += len(near)
+
+    def _place(self):
+        """Return where the slab is, as compiled code knows it: (low, 1/cell, shape of the grid, first cell of the slab)."""
+        return self.grid.low, 1.0 / self.grid.cell, self.grid.shape, self.slab.first * self.grid.stride
 
     def _mirror(self, time):
-        p, grid = self.particles, self.grid
-        first_ghost = p.last
-        place = grid.low, 1.0 / grid.cell, grid.shape, self.slab.first * grid.stride
+        p = self.particles
+        first_ghost, place = p.last, self._place()
         carried = p.layout.place("strain_rate"), p.layout.place("smoothing")
         for wall in self.walls:
             wall.move(time)
@@ -246,10 +253,13 @@ class Domain:
                 self._lost(bad, f"crossed the {wall.name} wall")
         for border in self.borders:
             p.reserve(p.last + self._close_count + p.last - first_ghost)
-            ends = border.axis, border.low, border.high, border.bits
+            ends, first = (border.axis, border.low, border.high, border.bits), p.last
             p.last = translated_images(
-                p.shared, p.tags, p.cells, self._close, self._close_count, first_ghost, p.last, *ends, place, self.reach
+                p.shared, p.tags, p.cells, self._close, self._close_count, first_ghost, first, *ends, place, self.reach
             )
+            if border.axis == 0 and self.communicator.size > 1:  # they stand at the other end
+                self.exchange.trade_copies(first)
+                place_rows(p.shared, p.cells, first, p.last, *place)
 
     def _stand(self, time):
         if self.ghosts.moving:
@@ -334,6 +344,16 @@ class Domain:
         a, b = self._between[low, high]
         return int(self.starts[a]), int(self.starts[b])
 
+    def fluid_between(self, low, high):
+        """Return the rows of the fluid that may be in the x-interval ``low..high`` [m], or a period away from it where x is
+        periodic: there is what came in at an end after the sort, and what has copies in the interval.
+        """
+        periods = [border.period for border in self.borders if border.axis == 0]
+        ways = [0.0, *(way for period in periods for way in (-period, period))]
+        rows = [np.arange(*self.rows_between(low + way, high + way)) for way in ways]
+        rows = np.unique(np.concatenate(rows)) if periods else rows[0]
+        return rows[self.particles.tags[rows] < FIRST_GHOST]
+
     def _cells_between(self, low, high):
         slab, stride = self.slab, self.grid.stride
         a, b = (min(max((x - self.grid.low[0]) / self.grid.cell, 0.0), self.grid.columns) for x in (low, high))
@@ -343,7 +363,7 @@ class Domain:
 
     def end_columns(self):
         """Return how many columns at the left and at the right one rank must own together: those that the images of
-        end walls and their originals lie in.
+        end walls and periodic ends, and their originals, lie in.
         """
         return end_columns(self.grid, self._bands)
 
@@ -373,7 +393,7 @@ class Domain:
 
 
 def end_columns(grid, bands):
-    """Return how many columns the outermost ranks must own for walls that stand across x, from their bands."""
+    """Return how many columns the outermost ranks must own for walls and periodic ends across x, from their bands."""
     left, right = 1, 1
     middle = grid.low[0] + 0.5 * grid.cell * grid.columns
     for low, high in bands:

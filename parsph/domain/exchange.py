@@ -1,4 +1,4 @@
-"""What moves between slabs: migrants and halos, and values of fixed ghosts."""
+"""What moves between slabs: migrants, copies at periodic ends and halos, and values of fixed ghosts."""
 
 import numpy as np
 
@@ -15,13 +15,22 @@ class Exchange:
     ----------
     communicator : Communicator
     particles : Particles
+    ring : bool
+        Whether the slabs are a ring, since x is periodic: the first rank is then the right neighbour of the last one, but for
+        halos, in whose place copies stand at the ends.
+
+    Attributes
+    ----------
+    across : int or None
+        The rank at the other end of the ring, on its first and its last rank.
     """
 
-    def __init__(self, communicator, particles):
+    def __init__(self, communicator, particles, ring=False):
         self.communicator, self.particles = communicator, particles
         rank, size = communicator.rank, communicator.size
         self.left = rank - 1 if rank > 0 else None
         self.right = rank + 1 if rank + 1 < size else None
+        self.across = {0: size - 1, size - 1: 0}.get(rank) if ring and size > 1 else None
         self._requests = []
         self._empty = np.empty((0, particles.shared.shape[1] + particles.private.shape[1] + 1))
         self.messages, self.bytes = 0, 0
@@ -36,15 +45,24 @@ class Exchange:
 
         A message is a table of (shared row, private row, tag), as it is short and its length unknown to the receiver.
         """
+        left = self.across if self.left is None else self.left
+        right = self.across if self.right is None else self.right
+        self._trade([(rank, rows) for rank, rows in ((left, to_left), (right, to_right)) if rank is not None])
+
+    def trade_copies(self, first):
+        """Send the rows from `first` on, copies at an end of a periodic x, to the rank at the other end, where they stand, and
+        put those that it sends in their place; ranks between have none.
+        """
+        if self.across is not None:
+            rows = np.arange(first, self.particles.last)
+            self.particles.last = first
+            self._trade([(self.across, rows)])
+
+    def _trade(self, shipments):
         mpi = self.communicator.mpi
-        requests, parcels = [], []
-        for rows, rank in ((to_left, self.left), (to_right, self.right)):
-            if rank is not None:
-                parcels.append(self._parcel(rows))
-                requests.append(self._send(parcels[-1], rank, MIGRANTS))
-        for rank in (self.left, self.right):
-            if rank is None:
-                continue
+        parcels = [(rank, self._parcel(rows)) for rank, rows in shipments]
+        requests = [self._send(parcel, rank, MIGRANTS) for rank, parcel in parcels]
+        for rank, _ in shipments:
             status = mpi.Status()
             message = self.communicator.comm.Mprobe(rank, MIGRANTS, status)
             parcel = np.empty((status.Get_count(mpi.DOUBLE) // self._empty.shape[1], self._empty.shape[1]))

@@ -39,7 +39,7 @@ def balanced_cuts(cost, ranks, left=1, right=1, old=None):
         Cost of each column.
     ranks : int
     left, right : int
-        Columns that the first and the last rank must hold: those of the end walls and their images.
+        Columns that the first and the last rank must hold: those of end walls or periodic ends, and of images there.
     old : sequence of int, optional
         Present cuts. A cut then moves at most to the next old one, so that particles only go to a neighbour.
 
@@ -59,7 +59,7 @@ def balanced_cuts(cost, ranks, left=1, right=1, old=None):
         raise SceneError(
             f"too many ranks: {ranks} for {columns} columns of cells",
             where="mpirun",
-            why=f"each rank needs a column, the first {left} and the last {right} of them for the end walls",
+            why=f"each rank needs a column, the first {left} and the last {right} of them for the ends of the domain",
             cure=f"use at most {most} ranks, or a finer resolution",
         )
     total = np.concatenate([[0.0], np.cumsum(cost)])

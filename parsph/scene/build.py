@@ -39,7 +39,7 @@ from ..waves import dispersion, tuned_absorption
 from .initial import fill
 from .load import scene_text
 from .movers import maker_of, place_of, relative_hinge, speed_of_waves
-from .schema import SIDES, SILL
+from .schema import ENDS, SIDES, SILL
 from .solids import ascent_of, fillings_of, ghosts_of, markers_of, motions_of, still_force, surface_of
 from .zones import relaxation_of
 
@@ -173,6 +173,7 @@ def columns_of(scene):
     motions = motions_of(scene)
     grid, _ = grid_of(scene, motions)
     bands = [wall.band(scene.reach, scene.domain.size[-1]) for wall in walls_of(scene, motions)]
+    bands += [band for border in borders_of(scene) for band in border.bands(scene.reach, scene.dim)]
     return grid, end_columns(grid, bands)
 
 
@@ -210,7 +211,7 @@ def walls_of(scene, motions=None):
         normal[axis] = float(direction)
         rest = tuple(point), tuple(normal), law, wall.slip
         velocity, span = tuple(wall.velocity or ()), (-math.inf, math.inf)
-        if side == "left" and sill is not None:  # periodic borders, whose bits follow, have no wavemaker beside them
+        if side == "left" and sill is not None:
             walls.append(MirrorWall(SILL, *rest, 1 << len(SIDES), span=(-math.inf, sill)))
             span = sill, math.inf
         walls.append(MirrorWall(side, *rest, 1 << bit, motions.get(side), velocity, span))
@@ -239,12 +240,12 @@ def movers_of(scene, maker, motions):
 
 
 def borders_of(scene):
-    """Return the periodic borders; their bits follow those of the sides."""
-    axes, borders = {"up": scene.dim - 1}, []
-    for name in scene.domain.periodic:
-        axis, first = axes[name], len(SIDES) + 2 * len(borders)
-        borders.append(PeriodicBorder(axis, 0.0, float(scene.domain.size[axis]), (1 << first, 1 << first + 1)))
-    return borders
+    """Return the periodic borders, that of x first; their bits are those of the sides that are not there."""
+    bits = {side: 1 << bit for bit, side in enumerate(SIDES)}
+    return [
+        PeriodicBorder(axis, 0.0, float(scene.domain.size[axis]), tuple(bits[side] for side in ENDS[name]))
+        for name, axis in scene.periodic.items()
+    ]
 
 
 def grid_of(scene, motions=None):

@@ -13,7 +13,7 @@ from .check_initial import initial_faults
 from .check_waves import body_faults, maker_faults
 from .fields import SMALLEST
 from .limits import MOST_READINGS, size_faults, time_faults
-from .schema import SIDES
+from .schema import ENDS, SIDES
 from .solids import ascents_of, fillings_of, polygon_faults, wall_faults
 from .zones import relaxation_faults
 
@@ -23,7 +23,7 @@ STRIP_H_OVER_DX = 1.7
 
 def faults_of(scene):
     """Return the faults of a scene whose keys are of the right type, a list of SceneError."""
-    faults = _shapes(scene) or _shallow(scene) or size_faults(scene) or _treatment(scene)
+    faults = _shapes(scene) or _shallow(scene) or size_faults(scene) or _treatment(scene) or _endless(scene)
     faults = faults or maker_faults(scene) + body_faults(scene) or relaxation_faults(scene) or wall_faults(scene)
     rest = _numerics, _terms, _geometry, _sliding, _periodic, _damping, _gauges
     return faults or [fault for part in rest for fault in part(scene)] or initial_faults(scene) or time_faults(scene)
@@ -168,7 +168,7 @@ def _numerics(scene):
                 cure=f"{low} to {high}",
             )
         )
-    weightless = scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0 or scene.domain.periodic
+    weightless = scene.domain.gravity == 0 or scene.dim == 1 or scene.depth <= 0 or scene.endless_vertical
     if not scene.shallow and n.c0 is None and weightless:
         faults.append(
             SceneError(
@@ -192,7 +192,7 @@ def _numerics(scene):
     if scene.cfl > integrator.largest_cfl:
         cure = f"at most {integrator.largest_cfl}; {integrator.cfl} is the default"
         faults.append(SceneError(f"{scene.cfl:g} is unstable", where="time.cfl", why=reason, cure=cure))
-    if scene.dim > 1 and not scene.domain.periodic and scene.domain.gravity * scene.depth > 0.25 * scene.c0**2:
+    if scene.dim > 1 and not scene.endless_vertical and scene.domain.gravity * scene.depth > 0.25 * scene.c0**2:
         faults.append(
             SceneError(
                 f"{scene.c0:.4g} m/s is too slow for {scene.depth:.4g} m of water",
@@ -275,27 +275,47 @@ def _sliding(scene):
     return faults
 
 
-def _periodic(scene):
-    """What a vertical without ends excludes."""
-    if not scene.domain.periodic:
-        return []
-    where = "domain.periodic"
-    if scene.dim == 1:
-        return [SceneError("there is no up in 1D", where=where, cure="leave it out")]
-    faults, height, least = [], scene.domain.size[-1], 2 * scene.reach
-    if len(set(scene.domain.periodic)) < len(scene.domain.periodic):
-        faults.append(SceneError("names an axis twice", where=where, cure='["up"]'))
-    if height < least:
+def _endless(scene):
+    """Axes that cannot be periodic, and what a horizontal without ends excludes."""
+    where, names = "domain.periodic", scene.domain.periodic
+    missing = [name for name, least in (("y", 3), ("up", 2)) if name in names and scene.dim < least]
+    if missing:
+        return [SceneError(f"there is no {missing[0]} in {scene.dim}D", where=where, cure="leave it out")]
+    faults = []
+    if len(set(names)) < len(names):
+        once = ", ".join(f'"{name}"' for name in scene.periodic)
+        faults.append(SceneError("names an axis twice", where=where, cure=f"[{once}]"))
+    for name in scene.periodic:
+        faults += _without_ends(scene, name) if name != "up" else []
+    for key in ("wavemaker", "relaxation", "damping") if "x" in names else ():
+        if getattr(scene, key):
+            faults.append(SceneError("there is no end to stand at", where=key, why="x is periodic", cure="leave it out"))
+    return faults
+
+
+def _without_ends(scene, name):
+    """What a periodic axis of this name excludes."""
+    faults, extent, least = [], scene.domain.size[scene.periodic[name]], 2 * scene.reach
+    axis, measure = {"x": ("x", "length"), "y": ("y", "width"), "up": ("the vertical", "height")}[name]
+    if extent < least:
         why = "a particle would meet another and its copy"
-        cure = f"a height of at least {least:.4g} m, two supports of the kernel"
-        faults.append(SceneError(f"{height:g} m are too few", where="domain.size", why=why, cure=cure))
-    for side in ("bottom", "top"):
+        cure = f"a {measure} of at least {least:.4g} m, two supports of the kernel"
+        faults.append(SceneError(f"{extent:g} m are too few", where="domain.size", why=why, cure=cure))
+    for side in ENDS[name]:
         if getattr(scene.walls, side) is not None:
-            why = "the vertical is periodic"
+            why = f"{axis} is periodic"
             faults.append(SceneError("there is no such side", where=f"walls.{side}", why=why, cure="leave it out"))
     if scene.lines or not scene.mirrors:
         why, at = "ghosts and markers are not repeated", "walls.polygons" if scene.mirrors else "walls.treatment"
-        faults.append(SceneError("cannot be where the vertical is periodic", where=at, why=why, cure="mirror walls"))
+        faults.append(SceneError(f"cannot be where {axis} is periodic", where=at, why=why, cure="mirror walls"))
+    return faults
+
+
+def _periodic(scene):
+    """What a vertical without ends excludes."""
+    if not scene.endless_vertical:
+        return []
+    faults = _without_ends(scene, "up")
     if scene.numerics.diffusion in ("fourtakas", "antuono"):
         why = "it takes the hydrostatic density off, which jumps where the vertical begins again"
         faults.append(SceneError("needs a column of water", where="numerics.diffusion", why=why, cure='"molteni" or "none"'))
@@ -444,7 +464,7 @@ def _on_wall(scene, gauge, where):
     if gauge.wall not in names:
         cure = f"{did_you_mean(gauge.wall, names)}one of: {', '.join(names) or 'none in this scene'}"
         return [SceneError(f"no wall {gauge.wall!r}", where=f"{where}.wall", cure=cure)]
-    return _runup(scene, gauge, where) if kind == "runup" and not scene.domain.periodic else []
+    return _runup(scene, gauge, where) if kind == "runup" and not scene.endless_vertical else []
 
 
 def _runup(scene, gauge, where):

@@ -55,7 +55,7 @@ def no_waves(scene, where, name, periodic, dry, in_1d=None):
     if scene.dim == 1:
         cure = "leave it out, or domain.size = [x, up]"
         return [SceneError(f"{name} needs two dimensions", where=in_1d or where, cure=cure)]
-    if scene.domain.periodic:
+    if scene.endless_vertical:
         return [SceneError(periodic, where=where, why="the vertical is periodic", cure="leave it out")]
     if scene.domain.gravity == 0 or scene.depth <= 0:
         why = "waves need depth under gravity"

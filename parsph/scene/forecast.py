@@ -190,6 +190,10 @@ def forecast(scene, ranks, found=None, step=None):
                 values = found.ghosts[edge]
                 told[rank] += evaluations * (messages + (values > 0))
                 sent[rank] += evaluations * (row_bytes * found.rows[edge] + value_bytes * values + 8 * grid.stride)
+        if "x" in scene.periodic and ranks > 1 and rank in (0, ranks - 1):  # migrants round the ends, and copies there
+            copies = found.rows[1 if rank == 0 else 0]  # as many as particles from the first end on, and as stand before it
+            told[rank] += evaluations * 2
+            sent[rank] += evaluations * 8 * copies * (layout.width("shared") + layout.width("private") + 1)
         ghosts = found.ghosts[first:last].sum()
         images = rows - fluid - ghosts
         halos = found.rows[first - 1] * (rank > 0) + (found.rows[last] if rank < ranks - 1 else 0)
@@ -259,7 +263,7 @@ def print_forecast(scene, ranks):
     out.print(table)
     good = [row.ranks for row in rows if alone / row.step / row.ranks >= GOOD]
     out.print(
-        f"{grid.columns:,} columns of cells, {grid.cell:.3g} m wide; walls keep the first {ends[0]} and the last {ends[1]} "
+        f"{grid.columns:,} columns of cells, {grid.cell:.3g} m wide; the ends keep the first {ends[0]} and the last {ends[1]} "
         f"on a rank each: at most {most:,} ranks. Of those above, up to {good[-1]:,} are used to {GOOD:.0%} or more."
     )
     out.print(

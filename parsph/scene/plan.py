@@ -91,8 +91,8 @@ def print_plan(scene, name):
         table.add_row(f"{wall.name} wall", f"{treatment.description}, {wall.slip} slip{slides}", treatment.source)
     if scene.walls.exchange:
         table.add_row("exchange", "fluid behind a mirror wall changes places with its image", "Szmidt (2013)")
-    for axis, border in zip(scene.domain.periodic, borders_of(scene), strict=True):
-        table.add_row("periodic", f"{axis}, every {border.high - border.low:g} m", "")
+    for axis, border in zip(scene.periodic, borders_of(scene), strict=True):
+        table.add_row("periodic", f"{axis}, every {border.period:g} m", "")
     treatment = scene.treatment
     if scene.lines and treatment.family == "ghosts":
         each = INTERPOLATORS[scene.walls.interpolation]

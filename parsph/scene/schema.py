@@ -28,6 +28,7 @@ MOST_GAUGES = 500  # each keeps a file open
 # mirrors their images too: corners come of themselves.
 SILL = "left-sill"  # the wall below a flap that is hinged above the bed
 SIDES = {"left": (0, 1), "right": (0, -1), "front": (1, 1), "back": (1, -1), "bottom": (-1, 1), "top": (-1, -1)}
+ENDS = {"x": ("left", "right"), "y": ("front", "back"), "up": ("bottom", "top")}  # of each axis, the sides
 
 
 class DomainSection(Section):
@@ -35,8 +36,9 @@ class DomainSection(Section):
 
     size: Vector = Field(description="extent [m] in x and up (2D), x alone (1D), x, y and up (3D); no particle may leave it")
     gravity: NotNegative = Field(9.81, description="gravity [m/s^2], downwards along the last axis; without effect in 1D")
-    periodic: list[Literal["up"]] = Field(
-        [], description="axes along which everything repeats, from end to end of the domain (2D, 3D); up: the vertical"
+    periodic: list[Literal[*ENDS]] = Field(
+        [],
+        description="axes along which everything repeats, from end to end of the domain: x; y (3D); up, the vertical (2D, 3D)",
     )
 
 
@@ -452,6 +454,17 @@ class Scene(Section):
         return (0.0,) * (self.dim - 1) + (down,)
 
     @property
+    def periodic(self):
+        """{name: axis} of the axes along which everything repeats, in the order of the axes."""
+        axes = {"x": 0, "y": 1, "up": self.dim - 1}
+        return {name: axis for name, axis in axes.items() if name in self.domain.periodic}
+
+    @property
+    def endless_vertical(self):
+        """Whether the vertical is periodic: there is then no surface, and no column of water."""
+        return "up" in self.domain.periodic
+
+    @property
     def mirrors(self):
         """Whether the sides of the domain mirror the fluid."""
         return self.walls.treatment is None or TREATMENTS[self.walls.treatment].family == "mirror"
@@ -543,7 +556,7 @@ class Scene(Section):
         """
         if self.shallow:
             return max(block.depth for block in self.fluid.blocks)
-        if self.domain.periodic:  # no column, and no weight that compresses it
+        if self.endless_vertical:  # no column, and no weight that compresses it
             return self.fluid.rho0
         return self.fluid.rho0 / (1.0 + 0.5 * abs(self.gravity[-1]) * max(self.depth, 0.0) / self.c0**2)
 

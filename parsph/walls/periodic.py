@@ -1,8 +1,10 @@
 """Periodic borders: what leaves the domain at one end of an axis comes in at the other.
 
 The particles near either end have images beyond the other one: copies, moved by the period along the axis, with all that a
-row holds. They are made after the images of mirror walls and of those too, so that corners come of themselves. Both ends
-of a particle's column are in the same slab where the axis is not x: no message is needed.
+row holds. They are made after the images of mirror walls and of those too, axis by axis, so that corners come of themselves.
+Both ends of a particle's column are in the same slab where the axis is not x: no message is needed. The ends of x belong to the
+first and the last rank, which send each other the copies; a particle that comes in there goes to its rank with the next
+migration.
 """
 
 from dataclasses import dataclass
@@ -81,7 +83,6 @@ class PeriodicBorder:
     Attributes
     ----------
     axis : int
-        Not x, whose ends belong to different ranks.
     low, high : float
         Its ends [m].
     bits : tuple of int
@@ -93,10 +94,40 @@ class PeriodicBorder:
     high: float
     bits: tuple
 
+    @property
+    def period(self):
+        """[m]"""
+        return self.high - self.low
+
     def come_in(self, particles):
-        """Bring the fluid that left at one end in at the other."""
+        """Bring the fluid that left at one end in at the other.
+
+        Positions at the beginning of a step stay: what an integrator that goes on from there puts beyond an end again comes in
+        when the step is over.
+        """
         p = particles
         come_in(p.shared, p.tags, p.first, p.last, self.axis, self.low, self.high)
+
+    def copies_of(self, position, reach):
+        """Return the copies of what is within `reach` [m] of the ends.
+
+        Parameters
+        ----------
+        position : ndarray, shape (n, dim)
+            [m]
+        reach : float
+
+        Returns
+        -------
+        tuple of ndarray
+            Number of the original, shape (m,), position [m], shape (m, dim), and bit, shape (m,), of each copy.
+        """
+        x = position[:, self.axis]
+        near = np.flatnonzero(x - self.low < reach), np.flatnonzero(self.high - x < reach)
+        originals, counts = np.concatenate(near), [len(rows) for rows in near]
+        copies = position[originals]
+        copies[:, self.axis] += np.repeat([self.period, -self.period], counts)
+        return originals, copies, np.repeat(self.bits, counts)
 
     def bands(self, reach, dim):
         """Return the boxes, (low, high) tuples, in which particles have images, one at each end [m]."""

@@ -4,7 +4,6 @@ import numpy as np
 
 from ...jit import jit
 from ...observers import Observer
-from ...particles import FIRST_GHOST
 from ..tables import Table, read_table
 
 
@@ -60,7 +59,7 @@ class Gauge(Observer):
 
 
 def gathered(simulation, low, high, wanted=None):
-    """Return the fluid between two x [m] that is `wanted`, on rank 0; nothing elsewhere.
+    """Return the fluid between two x [m] that is `wanted`, copies beyond periodic ends included, on rank 0; nothing elsewhere.
 
     Parameters
     ----------
@@ -72,18 +71,22 @@ def gathered(simulation, low, high, wanted=None):
     Returns
     -------
     tuple of ndarray
-        Position [m], shape (n, dim), mass [kg] and density [kg/m^3], in the order of (cell, id).
+        Position [m], shape (n, dim), mass [kg] and density [kg/m^3], in the order of (cell, id), copies at the end.
     """
-    p, dim = simulation.particles, simulation.sweep.dim
-    first, last = simulation.domain.rows_between(low, high)
-    rows = first + np.flatnonzero(p.tags[first:last] < FIRST_GHOST)
-    position = p.field("position", rows)
+    p, dim, domain = simulation.particles, simulation.sweep.dim, simulation.domain
+    rows = domain.fluid_between(low, high)
+    position, image = p.field("position", rows), np.zeros(len(rows), int)
+    for border in domain.borders:
+        originals, copies, bits = border.copies_of(position, reach_of(simulation))
+        position, rows = np.concatenate([position, copies]), np.concatenate([rows, rows[originals]])
+        image = np.concatenate([image, image[originals] + bits])
     chosen = (position[:, 0] > low) & (position[:, 0] < high)
     if wanted is not None:
         chosen &= wanted(position)
     rows = rows[chosen]
-    table = np.stack([*position[chosen].T, p.field("mass", rows), p.field("density", rows)], axis=1)
+    table = np.stack([*position[chosen].T, p.field("mass", rows), p.field("density", rows), image[chosen]], axis=1)
     table = simulation.communicator.stack(table)
+    table = table[np.argsort(table[:, -1], kind="stable")]  # no rank's copies before another one's originals
     return table[:, :dim], table[:, dim], table[:, dim + 1]
 
 
