@@ -20,7 +20,7 @@ from .terms.correction import corrected_derivative, corrected_value
 from .terms.density import RENORMALISED, SMOOTHED, SUMMATION, continuity, renormalised, summation
 from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density
 from .terms.momentum import pressure_pair
-from .terms.shifting import inside_fluid, shift_factor
+from .terms.shifting import FASTEST, SUN, inside_fluid, shift_factor
 from .terms.spray import spray_rate
 from .terms.tensile import tensile_excess
 from .terms.viscosity import MONAGHAN, NEWTONIAN, UNSEEN, artificial_viscosity, unseen_viscosity
@@ -411,12 +411,16 @@ def compiled_sweep(
                     toward = 0.0
                     if shifting != 0:  # grad C is taken with the density of the particle itself
                         crowding = slope_norm * V * np.sqrt(nx * nx + ny * ny + nz * nz)
-                        speed2 = u * u  # what a dimension less leaves unset in the scratch must not count
-                        if dim > 1:
-                            speed2 += v * v
-                        if dim > 2:
-                            speed2 += w * w
-                        toward = slope_norm * V * shift_factor(shift_h, np.sqrt(speed2), crowding, inside)
+                        if shifting == SUN:
+                            speed = FASTEST / np.sqrt(inverse_c2)
+                        else:
+                            speed2 = u * u  # what a dimension less leaves unset in the scratch must not count
+                            if dim > 1:
+                                speed2 += v * v
+                            if dim > 2:
+                                speed2 += w * w
+                            speed = np.sqrt(speed2)
+                        toward = slope_norm * V * shift_factor(shift_h, speed, crowding, inside)
                     drift[i, 0] = epsilon * value_norm * px - toward * nx
                     if dim > 1:
                         drift[i, 1] = epsilon * value_norm * py - toward * ny

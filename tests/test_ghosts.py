@@ -804,8 +804,8 @@ def test_tensile_control_acts_on_suction_inside_the_fluid_only(dim):
     np.testing.assert_allclose(change, -excess[:, None] * pull, atol=1e-11 * scale)
 
 
-def drift_of(fields, dim, **numbers):
-    rows, p = rates_of(fields, sweep_of(dim, shifting=SHIFTINGS["lind"], **numbers))
+def drift_of(fields, dim, law="lind", **numbers):
+    rows, p = rates_of(fields, sweep_of(dim, shifting=SHIFTINGS[law], **numbers))
     return p.drift[rows]
 
 
@@ -854,6 +854,17 @@ def test_the_shift_is_at_most_half_of_the_speed(dim):
     twice = np.linalg.norm(drift_of(fields, dim, shift=1.0), axis=1)
     free = twice < 0.49 * speed
     np.testing.assert_allclose(twice[free], 2 * gentle[free], rtol=1e-9)
+
+
+@pytest.mark.parametrize("shift", [0.5, 1000.0])
+def test_measured_by_the_speed_of_the_flow_particles_shift_whatever_their_own(shift):
+    """As those do that move with a tenth of the sound speed, their largest shift too."""
+    fields = particles(2, 0.3)
+    still = drift_of(fields, 2, "sun", shift=shift)
+    fields["velocity"] = np.tile([0.06 * C0, -0.08 * C0], (len(still), 1))
+    np.testing.assert_array_equal(drift_of(fields, 2, "sun", shift=shift), still)
+    np.testing.assert_allclose(still, drift_of(fields, 2, shift=shift), atol=1e-12)
+    assert np.linalg.norm(still, axis=1).max() > (0.0499 * C0 if shift > 1 else 0.01)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

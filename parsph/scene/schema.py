@@ -343,7 +343,9 @@ class Numerics(Section):
     reinitialise: Literal[*FILTERS] = Field("none", description="densities are summed over neighbours anew from time to time")
     reinitialise_every: Count = Field(20, description="steps between two re-initialisations")
     tensile_control: Literal[*TENSILE_CONTROLS] = Field("none", description="particles under suction repel instead of clumping")
-    shifting: Literal[*SHIFTINGS] = Field("none", description="particles shift towards where there are fewer")
+    shifting: Literal[*SHIFTINGS] = Field(
+        "none", description="particles shift towards where there are fewer: lind, as fast as they move; sun, as fast as c0/10"
+    )
     shift: Annotated[float, Field(gt=0, le=10)] = Field(2.0, description="strength of the shifting [-]")
     spray: Literal[*SPRAYS] = Field(
         "none", description="pressureless: particles with hardly any neighbours lose their pressure"

@@ -85,3 +85,22 @@ def jet(quick):
     yield "rate of momentum along the plate", 100 * (rate / theory - 1), "%", 5.0
     yield from missing(simulation)
     yield from energy_rows(simulation)
+
+
+@case
+def taylor_green(quick):
+    """Taylor-Green vortices, Re = 100, 50 and 100 particles per edge (quick: 50): rate at which the kinetic energy decays up to
+    t = 2 L/U, when 4 % of it are left, and the largest error of any particle's velocity at the end.
+    """
+    for per_edge in (50,) if quick else (50, 100):
+        scene, simulation = survived("taylor-green", {"numerics.dx": 1.0 / per_edge})
+        flow = flow_of(scene, scene.fluid.blocks[0])
+        t, _, kinetic, *_ = record_of(simulation, "EnergyGauge").T
+        rate = -0.5 * np.polyfit(t, np.log(kinetic), 1)[0]
+        exact = flow.velocity(simulation.field("position"), simulation.time)
+        off = np.linalg.norm(simulation.field("velocity") - exact, axis=1).max() / np.linalg.norm(exact, axis=1).max()
+        size = f"{per_edge} per edge"
+        yield f"decay rate, {size}", 100 * (rate / flow.decay - 1), "%", 5.0
+        yield f"velocity at the end, {size}", 100 * off, "% of the largest", None
+        yield from missing(simulation)
+        yield from energy_rows(simulation)
