@@ -233,9 +233,10 @@ def test_bench_writes_its_table(tmp_path):
 def test_verify_refuses_an_unknown_case(tmp_path):
     result = parsph("verify", "nonsense", cwd=tmp_path)
     assert result.returncode == 2
-    names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "interpolators", "still-tank"]
-    names += ["dam-break", "wedge-tank", "kernels", "correction", "restart", "faults", "swe-pulse", "swe-dam-break"]
-    names += ["soak", "strip", "deficiency", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
+    names = ["seiche", "still", "pool-height", "pool-absorption", "poiseuille", "couette", "patch", "drop", "drops", "jet"]
+    names += ["taylor-green", "interpolators", "still-tank", "dam-break", "wedge-tank", "kernels", "correction", "long-seiche"]
+    names += ["long-still", "restart", "faults", "swe-pulse", "swe-dam-break", "soak", "strip", "deficiency", "sloshing"]
+    names += ["breaker", "drop-pool", "active-absorption", "wavemaker", "solitary-wall", "movable-seawall"]
     assert f"one of {', '.join(names)}" in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
     assert list(verification.CASES) == names
