@@ -36,38 +36,40 @@ from .scene.build import build
 from .scene.load import load_scene
 from .scene.stability import Cell, read_map
 
-SCHEMES = (
-    ("verlet", "continuity"),
-    ("adams-bashforth", "continuity"),
-    ("adams-bashforth", "renormalised"),
-    ("midpoint", "continuity"),
-)
 DIFFUSIONS = (("none", 0.0), ("fourtakas", 0.02), ("fourtakas", 0.1), ("antuono", 0.1), ("molteni", 0.1))
-ALPHAS, C0_FACTORS, H_OVER_DX = (0.02, 0.0, 0.1), (20.0, 10.0), (1.3, 1.5, 2.0, 2.5)
+SCHEMES = {  # integrator and density, and with which diffusions
+    ("verlet", "continuity"): DIFFUSIONS,
+    ("adams-bashforth", "continuity"): DIFFUSIONS,
+    ("adams-bashforth", "renormalised"): DIFFUSIONS[1:3],
+    ("midpoint", "continuity"): DIFFUSIONS,
+}
+ALPHAS, H_OVER_DX = (0.0, 0.02, 0.1), (1.3, 1.5, 2.0, 2.5)
+C0_FACTOR = 20.0  # with 10 limits are the same or up to 0.05 higher
 
 STEP, MOST_STEPS = 0.025, 60  # of the CFL numbers that are tried, and how many there are
 LEGAL_CFL = 0.1  # scenes may not have all that are tried
 GRAVITY, SPACINGS = 9.81, 16  # m/s^2, and particles per depth
-NOISE, CALM_STEPS = 1e-3, 1000  # standard deviation of the random velocities over c0
+NOISE, CALM_STEPS = 1e-3, 1000  # standard deviation of the random velocities over c0; at most so many steps
 DENSITY_RANGE = [0.5, 2.0]
-SLOSHING, MOST_RISE = 6.0, 0.02  # duration over sqrt(depth/g), and of the energy at the beginning
+DURATION, MOST_RISE = 6.0, 0.02  # over sqrt(depth/g); of the energy at the beginning
 LOOK_EVERY = 10  # steps
 
 TABLE = "stability.csv"
 HEAD = """\
 # Largest stable CFL, dt = CFL min(h/(c0 + |v|), sqrt(h/|a|)), of wendland-c2 in 2D; 0 where {step} is not stable.
-# Measured by `parsph stability` of parsph {version}, {spacings} particles per depth; case: what sets the limit, a violent flow
-# or noise in a calm one. Without diffusion or viscosity delta or alpha is 0.
+# Measured by `parsph stability` of parsph {version}: {spacings} particles per depth, c0 = {c0_factor:g} sqrt(g depth).
+# case: what sets the limit, a violent flow or noise in a calm one. Without diffusion or viscosity delta or alpha is 0.
 """
 
 
 def cells_of(quick=False):
     """Return the cells of the map; `quick`: three of one kind of scene."""
     if quick:
-        return [Cell(*scheme, "fourtakas", 0.1, 0.02, 20.0, 1.5) for scheme in SCHEMES if scheme[1] == "continuity"]
+        return [Cell(*scheme, "fourtakas", 0.1, 0.02, 1.5) for scheme in SCHEMES if scheme[1] == "continuity"]
     return [
-        Cell(*scheme, *diffusion, alpha, c0_factor, h_over_dx)
-        for c0_factor, alpha, diffusion, scheme, h_over_dx in product(C0_FACTORS, ALPHAS, DIFFUSIONS, SCHEMES, H_OVER_DX)
+        Cell(*scheme, *diffusion, alpha, h_over_dx)
+        for alpha, diffusion, (scheme, diffusions), h_over_dx in product(ALPHAS, DIFFUSIONS, SCHEMES.items(), H_OVER_DX)
+        if diffusion in diffusions
     ]
 
 
@@ -99,7 +101,7 @@ def limit_of(cell):
     """
     calm = largest_stable(lambda k: stays_calm(cell, k * STEP), MOST_STEPS)
     both = largest_stable(lambda k: stays_sound(cell, k * STEP), calm)
-    return both * STEP, "calm" if both == calm else "violent"
+    return round(both * STEP, 3), "calm" if both == calm else "violent"
 
 
 def stays_calm(cell, cfl):
@@ -125,7 +127,7 @@ def stays_sound(cell, cfl):
 
 
 def _still_water(cell):
-    simulation = _simulation(cell, {"walls": {"left": {}, "right": {}, "bottom": {}}})
+    simulation = _simulation(cell, 1.0, {"left": {}, "right": {}, "bottom": {}})
     p = simulation.particles
     noise = np.random.default_rng(1).normal(0.0, NOISE * simulation.sweep.c0, (len(p.fluid), 2))
     p.shared[p.first : p.last, p.layout.columns("velocity")[1]] = noise
@@ -134,24 +136,25 @@ def _still_water(cell):
 
 def _column(cell):
     box = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]
-    return _simulation(cell, {"walls": {"polygons": [{"points": box, "fluid": "inside"}]}})
+    return _simulation(cell, 2.0, {"polygons": [{"points": box, "fluid": "inside"}]})
 
 
-def _simulation(cell, overrides):
+def _simulation(cell, width, walls):
     keys = {
-        "domain": {"size": [1.0 if "left" in overrides["walls"] else 2.0, 2.0], "gravity": GRAVITY},
+        "domain": {"size": [width, 2.0], "gravity": GRAVITY},
         "fluid": {"blocks": [{"low": [0.0, 0.0], "high": [1.0, 1.0]}]},
+        "walls": walls,
         "numerics": {
-            **{name: getattr(cell, name) for name in ("integrator", "density", "diffusion", "delta", "c0_factor", "h_over_dx")},
+            **cell._asdict(),
             "dx": 1.0 / SPACINGS,
+            "c0_factor": C0_FACTOR,
             "viscosity": "monaghan" if cell.alpha else "none",
-            "alpha": cell.alpha,
             "spray": "pressureless",
             "density_range": DENSITY_RANGE,
         },
-        "time": {"end": SLOSHING / math.sqrt(GRAVITY), "cfl": LEGAL_CFL},
+        "time": {"end": DURATION / math.sqrt(GRAVITY), "cfl": LEGAL_CFL},
     }
-    return build(load_scene(keys | overrides), Communicator())
+    return build(load_scene(keys), Communicator())
 
 
 def _energies(simulation, cfl, steps=math.inf):
@@ -210,10 +213,12 @@ def stability(quick=False, jobs=None, resume=False, out=None):
                 left = (time.perf_counter() - begin) / number * (len(todo) - number)
                 cfl, case = found[cell]
                 shown.print(f"[{len(found)}/{len(cells)}] {told(cell)}: {cfl:.3f}, {case}; eta {duration(left)}")
-        except KeyboardInterrupt:
+        except BaseException as error:
             pool.shutdown(cancel_futures=True)
-            cure = f"go on with --resume --out {folder}"
-            raise Interrupted("interrupted", str(folder), "finished cells are kept", cure) from None
+            if isinstance(error, KeyboardInterrupt):
+                cure = f"go on with --resume --out {folder}"
+                raise Interrupted("interrupted", str(folder), "finished cells are kept", cure) from None
+            raise
     _print(found)
     _draw(found, folder)
     shown.print(f"table and plot: {folder}")
@@ -236,16 +241,13 @@ def _leave_to_parent():
 def told(cell):
     """Return a cell in words."""
     diffusion = f"{cell.diffusion} {cell.delta:g}" if cell.delta else "no diffusion"
-    return (
-        f"{cell.integrator}, {cell.density}, {diffusion}, alpha {cell.alpha:g}, c0 factor {cell.c0_factor:g}, "
-        f"h/dx {cell.h_over_dx:g}"
-    )
+    return f"{cell.integrator}, {cell.density}, {diffusion}, alpha {cell.alpha:g}, h/dx {cell.h_over_dx:g}"
 
 
 def table_text(found):
     """Return the map as the text of a table, which `read_map` reads."""
     text = io.StringIO()
-    text.write(HEAD.format(version=__version__, step=STEP, spacings=SPACINGS))
+    text.write(HEAD.format(version=__version__, step=STEP, spacings=SPACINGS, c0_factor=C0_FACTOR))
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow([*Cell._fields, "cfl", "case"])
     rows.writerows([*cell, f"{cfl:.3f}", case] for cell, (cfl, case) in sorted(found.items()))
@@ -253,7 +255,7 @@ def table_text(found):
 
 
 def condensed(found):
-    """Return {(integrator, density, diffusion with its strength): {h/dx: limits}}, of all viscosities and sound speeds."""
+    """Return {(integrator, density, diffusion with its strength): {h/dx: limits}}, of all viscosities."""
     rows = {}
     for cell, (cfl, _) in found.items():
         diffusion = f"{cell.diffusion} {cell.delta:g}" if cell.delta else "none"
@@ -265,7 +267,7 @@ def condensed(found):
 def _print(found):
     columns = sorted({cell.h_over_dx for cell in found})
     heads = "integrator", "density", "diffusion", *(f"{h:g}" for h in columns)
-    table = Table(*heads, title="largest stable CFL by h/dx, over viscosities and sound speeds", pad_edge=False)
+    table = Table(*heads, title="largest stable CFL by h/dx, of all viscosities", pad_edge=False)
     for names, limits in condensed(found).items():
         ranges = [(min(limits[h]), max(limits[h])) if h in limits else None for h in columns]
         table.add_row(

@@ -13,7 +13,7 @@ from parsph.stability import STEP, cells_of, largest_stable, limit_of, stays_cal
 from parsph.stepping import INTEGRATORS
 
 needs_mpi = pytest.mark.skipif(bool(why_no_mpi()), reason=why_no_mpi() or "mpi is there")
-VERLET = Cell("verlet", "continuity", "fourtakas", 0.1, 0.02, 20.0, 2.0)
+VERLET = Cell("verlet", "continuity", "fourtakas", 0.1, 0.02, 2.0)
 
 
 @pytest.mark.parametrize("limit", range(62))
@@ -94,7 +94,6 @@ KNOWN = {
         ({"diffusion": "antuono", "delta": 0.05}, 0.2),
         ({"delta": 0.2}, None),
         ({"h_over_dx": 2.1}, None),
-        ({"c0_factor": 12.0}, None),
         ({"diffusion": "molteni"}, None),
         ({"integrator": "midpoint"}, None),
         ({"density": "renormalised"}, None),
@@ -180,7 +179,7 @@ def test_it_goes_on_where_it_stopped_and_writes_table_and_plot(tmp_path, monkeyp
     }
     assert (tmp_path / "stability.png").stat().st_size > 10_000
     shown = capsys.readouterr().out
-    assert "[3/3] verlet, continuity, fourtakas 0.1, alpha 0.02, c0 factor 20, h/dx 1.5: " in shown
+    assert "[3/3] verlet, continuity, fourtakas 0.1, alpha 0.02, h/dx 1.5: " in shown
     assert "…" not in shown, "something is cut off"
 
 

@@ -1,7 +1,6 @@
 """Where scenes are stable: the map that `parsph stability` has measured, and what `parsph check` makes of it."""
 
 import csv
-import math
 from functools import cache
 from importlib import resources
 from typing import NamedTuple
@@ -20,7 +19,6 @@ class Cell(NamedTuple):
     diffusion: str
     delta: float
     alpha: float
-    c0_factor: float
     h_over_dx: float
 
 
@@ -57,7 +55,6 @@ def cell_of(scene):
         n.diffusion if n.delta else "none",
         n.delta if n.diffusion != "none" else 0.0,
         n.alpha if n.viscosity != "none" else 0.0,
-        round(scene.c0 / math.sqrt(scene.domain.gravity * scene.depth), 9),
         n.h_over_dx,
     )
 
@@ -96,8 +93,8 @@ def stability_doubts(scene):
     if not cell.delta:
         cures.append("a numerics.diffusion")
     return [
-        f"{asked} is above {limit:g}, up to which {n.integrator} is stable in small flows with this diffusion, viscosity, "
-        f"h_over_dx and c0 (measured by parsph stability); {', or '.join(cures)}"
+        f"{asked} is above {limit:g}, up to which {n.integrator} is stable in small flows with this diffusion, viscosity and "
+        f"h_over_dx (measured by parsph stability); {', or '.join(cures)}"
     ]
 
 
