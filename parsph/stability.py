@@ -127,7 +127,7 @@ def stays_sound(cell, cfl):
 
 
 def _still_water(cell):
-    simulation = _simulation(cell, 1.0, {"left": {}, "right": {}, "bottom": {}})
+    simulation = _simulation(cell, 1.0, {"left": {}, "right": {}, "bottom": {}, "exchange": True})
     p = simulation.particles
     noise = np.random.default_rng(1).normal(0.0, NOISE * simulation.sweep.c0, (len(p.fluid), 2))
     p.shared[p.first : p.last, p.layout.columns("velocity")[1]] = noise
