@@ -255,39 +255,39 @@ def table_text(found):
 
 
 def condensed(found):
-    """Return {(integrator, density, diffusion with its strength): {h/dx: limits}}, of all viscosities."""
-    rows = {}
+    """Return {(integrator, density): {diffusion with its strength: {h/dx: limits}}}, limits of all viscosities."""
+    schemes = {}
     for cell, (cfl, _) in found.items():
+        rows = schemes.setdefault((cell.integrator, cell.density), {})
         diffusion = f"{cell.diffusion} {cell.delta:g}" if cell.delta else "none"
-        row = rows.setdefault((cell.integrator, cell.density, diffusion), {})
-        row.setdefault(cell.h_over_dx, []).append(cfl)
-    return rows
+        rows.setdefault(diffusion, {}).setdefault(cell.h_over_dx, []).append(cfl)
+    return schemes
 
 
 def _print(found):
     columns = sorted({cell.h_over_dx for cell in found})
-    heads = "integrator", "density", "diffusion", *(f"{h:g}" for h in columns)
-    table = Table(*heads, title="largest stable CFL by h/dx, of all viscosities", pad_edge=False)
-    for names, limits in condensed(found).items():
-        ranges = [(min(limits[h]), max(limits[h])) if h in limits else None for h in columns]
-        table.add_row(
-            *names, *("-" if ends is None else "-".join(f"{end:.3g}" for end in sorted(set(ends))) for ends in ranges)
-        )
-    console().print(table)
+    for scheme, rows in condensed(found).items():
+        title = f"{', '.join(scheme)}: largest stable CFL, of all viscosities"
+        table = Table("diffusion", *(f"h/dx {h:g}" for h in columns), title=title, title_justify="left", pad_edge=False)
+        for diffusion, limits in rows.items():
+            ends = (sorted({min(limits[h]), max(limits[h])}) if h in limits else () for h in columns)
+            table.add_row(diffusion, *(" to ".join(f"{end:.3g}" for end in both) for both in ends))
+        console().print(table)
 
 
 def _draw(found, folder):
     if find_spec("matplotlib") is None:
         console().print("no plot: matplotlib is not installed (pip install 'parsph[plots]')")
         return
-    rows = condensed(found)
-    schemes = list(dict.fromkeys(names[:2] for names in rows))
+    schemes = condensed(found)
     drawing, axes = viz.figure(rows=(len(schemes) + 1) // 2, columns=2)
-    for ax, scheme in zip(axes.flat, schemes, strict=False):
-        curves = {}
-        for (*names, diffusion), limits in rows.items():
-            if tuple(names) == scheme:
-                curves[diffusion] = zip(*sorted((h, min(values)) for h, values in limits.items()), strict=True)
-        viz.against(ax, None, {name: tuple(curve) for name, curve in curves.items()}, "h/dx [-]", "CFL [-]", log_y=False)
+    for ax, (scheme, rows) in zip(axes.flat, schemes.items(), strict=False):
+        curves = {
+            diffusion: list(zip(*sorted((h, min(values)) for h, values in limits.items()), strict=True))
+            for diffusion, limits in rows.items()
+        }
+        viz.against(ax, None, curves, "h/dx [-]", "CFL [-]", log_y=False)
         ax.set_title(", ".join(scheme), fontsize=viz.SMALL)
+    for ax in axes.flat[len(schemes) :]:
+        ax.set_axis_off()
     viz.save(drawing, folder / "stability.png")

@@ -163,9 +163,8 @@ def test_check_prints_the_note(tmp_path):
 # --- the command ------------------------------------------------------------------------------------------------------
 
 
-def test_it_goes_on_where_it_stopped_and_writes_table_and_plot(tmp_path, monkeypatch, capsys):
-    """Two cells of three are known already, so that one is left; all is to be read in a narrow terminal."""
-    monkeypatch.setenv("COLUMNS", "80")
+def test_it_goes_on_where_it_stopped_and_writes_table_and_plot(tmp_path, capsys):
+    """Two cells of three are known already, so that one is left."""
     left, *known = cells_of(quick=True)
     table = tmp_path / "stability.csv"
     table.write_text(table_text({cell: (0.1 * number, "calm") for number, cell in enumerate(known, 1)}), encoding="utf-8")
@@ -179,7 +178,18 @@ def test_it_goes_on_where_it_stopped_and_writes_table_and_plot(tmp_path, monkeyp
     assert (tmp_path / "stability.png").stat().st_size > 10_000
     shown = capsys.readouterr().out
     assert "[3/3] verlet, continuity, fourtakas 0.1, alpha 0.02, h/dx 1.5: " in shown
+
+
+def test_the_whole_map_is_to_be_read_in_a_narrow_terminal(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    (tmp_path / "stability.csv").write_text(table_text(measured_map()), encoding="utf-8")
+    assert stability.stability(resume=True, out=tmp_path) == measured_map()
+    shown = capsys.readouterr().out
     assert "…" not in shown, "something is cut off"
+    *tables, _ = shown.splitlines()
+    assert max(map(len, tables)) <= 80
+    for scheme in ("verlet, continuity", "adams-bashforth, renormalised", "midpoint, continuity"):
+        assert f"{scheme}: largest stable CFL" in shown
 
 
 def test_an_interruption_says_how_to_go_on(tmp_path, monkeypatch):
