@@ -271,7 +271,7 @@ def _print(found):
         table = Table("diffusion", *(f"h/dx {h:g}" for h in columns), title=title, title_justify="left", pad_edge=False)
         for diffusion, limits in rows.items():
             ends = (sorted({min(limits[h]), max(limits[h])}) if h in limits else () for h in columns)
-            table.add_row(diffusion, *(" to ".join(f"{end:.3g}" for end in both) for both in ends))
+            table.add_row(diffusion, *("-".join(f"{end:.3g}" for end in both) for both in ends))
         console().print(table)
 
 
