@@ -348,6 +348,24 @@ def bench(
 
 
 @app.command()
+def stability(
+    quick: Annotated[bool, typer.Option("--quick", help="Three cells: one of each integrator.")] = False,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Cells at a time. Default: as many as there are cores for.")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on in --out; cells in its table are not measured again.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder. Default: stability/map-NNN, the next free number.")] = None,
+):
+    """Measure the stability map: the largest CFL with which a violent and a calm flow stay stable, by bisection.
+
+    For each integrator, against h/dx, sound speed, diffusion and viscosity; a table and a plot.
+    """
+    from .stability import stability as run_stability
+
+    run_stability(quick, jobs, resume, out)
+
+
+@app.command()
 def verify(
     cases: Annotated[list[str] | None, typer.Argument(metavar="[CASE]...", help="Cases; default: all.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Shorter runs, same metrics and bars where they apply.")] = False,

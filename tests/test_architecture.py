@@ -33,7 +33,7 @@ scene
 run examine residuals
 study
 bench verify
-scaling throughput
+scaling stability throughput
 cli
 __main__
 """

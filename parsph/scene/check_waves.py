@@ -11,6 +11,7 @@ from ..waves import HIGHEST_SOLITARY, MADSEN, breaking_height, dispersion
 from .limits import size_doubts
 from .movers import band_of, bed_of, hinge_of, maker_of, place_of, spectrum_of, wave_of
 from .schema import SIDES
+from .stability import stability_doubts
 
 MOST_PERIODS = 1e9  # of waves in a run
 MOST_SUMMED = 3e8  # values of components of irregular waves: some seconds
@@ -65,7 +66,7 @@ def no_waves(scene, where, name, periodic, dry, in_1d=None):
 
 def doubts_of(scene):
     """Return what is no fault, and may still not be what is wanted: lines of text, each with the valid range."""
-    doubts, wave = size_doubts(scene), scene.wavemaker.wave if scene.wavemaker else None
+    doubts, wave = size_doubts(scene) + stability_doubts(scene), scene.wavemaker.wave if scene.wavemaker else None
     height = getattr(wave, "height", None) or getattr(wave, "crest", None)
     if height and height < LEAST_RESOLVED * scene.numerics.dx:
         least = height / LEAST_RESOLVED
