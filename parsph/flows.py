@@ -12,17 +12,15 @@ TERMS = 40  # of a series whose terms fall as 1/m^3, and faster inside
 
 
 @dataclass(frozen=True)
-class RotatingPatch:
-    """A rectangle of fluid with a free surface all around it, which begins to turn as a solid.
-
-    Its corners are thrown out, and the pressure inside is below zero: a fluid whose pressure begins at zero would tear.
+class Patch:
+    """A piece of fluid with a free surface all around it.
 
     Attributes
     ----------
     low, high : tuple of float
-        Corners [m].
+        Corners of the box around it at t = 0 [m].
     rate : float
-        Angular velocity omega, counter-clockwise [1/s].
+        How fast it begins to turn or to stretch [1/s].
     rho0 : float
         Density [kg/m^3].
     """
@@ -32,9 +30,26 @@ class RotatingPatch:
     rate: float
     rho0: float
 
+    @property
+    def middle(self):
+        """Of the box [m], shape (2,)."""
+        return np.add(self.low, self.high) / 2
+
+    @property
+    def extents(self):
+        """Of the box [m], shape (2,)."""
+        return np.subtract(self.high, self.low)
+
+
+class RotatingPatch(Patch):
+    """A rectangle that begins to turn as a solid, counter-clockwise, with the angular velocity `rate`.
+
+    Its corners are thrown out, and the pressure inside is below zero: a fluid that does not bear that tears.
+    """
+
     def velocity(self, position):
         """Return the velocity [m/s] at t = 0 at positions [m], both of shape (n, 2)."""
-        x, y = (np.asarray(position) - np.add(self.low, self.high) / 2).T
+        x, y = (np.asarray(position) - self.middle).T
         return self.rate * np.stack([-y, x], axis=1)
 
     def pressure(self, position):
@@ -44,7 +59,7 @@ class RotatingPatch:
         from the lower left corner of a rectangle a x b: one of the two sums of Colagrossi (2005) carried out.
         """
         x, y = (np.asarray(position) - self.low).T
-        a, b = np.subtract(self.high, self.low)
+        a, b = self.extents
         wave = np.pi * np.arange(1, 2 * TERMS, 2)[:, None]
         from_edge = np.minimum(y, b - y)  # cosh(u)/cosh(v) by decaying exponentials: both overflow
         decay = np.exp(-wave * from_edge / a) * (1 + np.exp(-wave * (b - 2 * from_edge) / a)) / (1 + np.exp(-wave * b / a))
@@ -52,36 +67,21 @@ class RotatingPatch:
         return self.rho0 * self.rate**2 * (x * (x - a) + series)
 
 
-@dataclass(frozen=True)
-class StretchingDrop:
-    """An ellipse of fluid with a free surface that stretches, u = -A x, v = A y from its middle: Monaghan (1994).
+class StretchingDrop(Patch):
+    """An ellipse that stretches, u = -A x, v = A y from its middle, with A the `rate` at t = 0: Monaghan (1994).
 
     It stays an ellipse, of the same area and with a pressure that falls from its middle to zero at its surface.
-
-    Attributes
-    ----------
-    low, high : tuple of float
-        Corners of the box around it at t = 0 [m].
-    rate : float
-        A at t = 0 [1/s].
-    rho0 : float
-        Density [kg/m^3].
     """
-
-    low: tuple
-    high: tuple
-    rate: float
-    rho0: float
 
     def velocity(self, position):
         """Return the velocity [m/s] at t = 0 at positions [m], both of shape (n, 2)."""
-        x, y = (np.asarray(position) - np.add(self.low, self.high) / 2).T
+        x, y = (np.asarray(position) - self.middle).T
         return self.rate * np.stack([-x, y], axis=1)
 
     def pressure(self, position):
         """Return the pressure [Pa] at t = 0, shape (n,): ``rho A^2 a^2 b^2/(a^2 + b^2) (1 - x^2/a^2 - y^2/b^2)``."""
-        axes = np.subtract(self.high, self.low) / 2
-        x, y = ((np.asarray(position) - np.add(self.low, self.high) / 2) / axes).T
+        axes = self.extents / 2
+        x, y = ((np.asarray(position) - self.middle) / axes).T
         return self.rho0 * self.rate**2 / (axes**-2.0).sum() * (1 - x**2 - y**2)
 
     def at(self, time):
@@ -95,7 +95,7 @@ class StretchingDrop:
             rate, a, b = state
             return rate**2 * (a**2 - b**2) / (a**2 + b**2), -rate * a, rate * b
 
-        start = [self.rate, *np.subtract(self.high, self.low) / 2]
+        start = [self.rate, *self.extents / 2]
         return solve_ivp(rates, (0.0, time), start, rtol=1e-10, atol=1e-12 * start[1]).y[:, -1]
 
 

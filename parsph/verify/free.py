@@ -19,14 +19,14 @@ def patch(quick):
     scene, simulation = survived("square-patch", {"numerics.dx": 0.02, "time.end": 1.0} if quick else {})
     flow = flow_of(scene, scene.fluid.blocks[0])
     t, pressure = record_of(simulation, "PressureGauge").T
-    theory = float(flow.pressure([np.add(flow.low, flow.high) / 2])[0])
+    theory = float(flow.pressure([flow.middle])[0])
     yield "pressure in the middle, t = 0", 100 * (pressure[0] / theory - 1), "%", 2.0
     early = pressure[t * flow.rate <= 0.2]
     yield "pressure in the middle, mean up to t omega = 0.2", 100 * (early.mean() / theory - 1), "%", None
     yield from missing(simulation)
     yield from energy_rows(simulation)
     yield from momentum_row(simulation)
-    spin = simulation.field("mass").sum() * (flow.high[0] - flow.low[0]) ** 2 / 6 * flow.rate
+    spin = simulation.field("mass").sum() * flow.extents[0] ** 2 / 6 * flow.rate
     yield "angular momentum, change", 100 * (momentum_of(simulation)[1] / spin - 1), "%", None
 
 
@@ -42,7 +42,7 @@ def drop(quick):
         scene, simulation = survived("elliptical-drop", {"numerics.dx": 1.0 / per_radius})
         flow = flow_of(scene, scene.fluid.blocks[0])
         _, *theory = flow.at(simulation.end)
-        position = simulation.field("position") - np.add(flow.low, flow.high) / 2
+        position = simulation.field("position") - flow.middle
         axes = 2 * np.sqrt((position**2).mean(axis=0))
         tip = np.abs(position[:, 1]).max() + 0.5 * scene.numerics.dx
         size, bar = f"{per_radius} per radius", 1.0 if per_radius == 50 else None
