@@ -108,6 +108,12 @@ NOT_SQUARE = {"domain": {"size": [2.0, 1.0], "gravity": 0.0, "periodic": ["x", "
             "fluid.blocks.0.initial",
             "rotation needs two dimensions",
         ),
+        (
+            {"low": [0.0, 0.0], "high": [2.0, 1.0], "initial": "seiche", "amplitude": 0.01},
+            {"domain": {"size": [2.0, 2.0], "periodic": ["x"]}, "walls": {"bottom": {}}},
+            "fluid.blocks.0.initial",
+            "cannot begin so",
+        ),
         ({**PATCH, "rate": 20.0}, {}, "numerics.c0", "30 m/s is too slow for a flow of 14.14 m/s"),
         ({**PATCH, "velocity": [4.0, 3.0]}, {}, "numerics.c0", "30 m/s is too slow for a flow of 6.414 m/s"),
         ({**DROP, "rate": 13.0}, {}, "numerics.c0", "30 m/s is too slow for a flow of 6.5"),

@@ -22,6 +22,9 @@ def initial_faults(scene):
         if not own and block.initial in KEYS:
             own = {"rotation": _rotation, "stretching": _stretching, "vortices": _vortices}[block.initial](scene, number, where)
         faults += own or _sound(scene, block, where)
+        if block.initial == "seiche" and "x" in scene.domain.periodic:
+            why = "x is periodic, and its wave stands between two walls"
+            faults.append(SceneError("cannot begin so", f"{where}.initial", why, '"still"'))
     return faults
 
 

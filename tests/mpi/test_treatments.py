@@ -61,6 +61,7 @@ def scene(walls):
             "gauges": [
                 {"kind": "pressure", "point": [0.5, 0.1], "extent": [0.4, 0.1], "every": 0.005},
                 {"kind": "energy", "every": 0.005},
+                *[{"kind": "power", "every": 0.005}] * (walls.get("treatment") not in MARKERS),
             ],
         }
     )
