@@ -242,7 +242,9 @@ def test_verify_refuses_an_unknown_case(tmp_path):
     assert list(verification.CASES) == names
 
 
-@pytest.mark.parametrize("bars", [{"swe-dam-break": 5, "swe-pulse": 3}, {"kernels": 24, "correction": 10}], ids=" and ".join)
+@pytest.mark.parametrize(
+    "bars", [{"swe-dam-break": 5, "swe-pulse": 3}, {"kernels": 24, "correction": 10}, {"drop": 5}], ids=" and ".join
+)
 def test_quick_cases_meet_their_bars(tmp_path, bars):
     """Those that take seconds; the others are those of a release."""
     result = parsph("verify", *bars, "--quick", "--json", "v.json", cwd=tmp_path, timeout=300)

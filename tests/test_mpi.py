@@ -20,7 +20,10 @@ LONG = settings(**POOL, time__end=0.3, output__snapshots__every=0.1)
 BRIEF = settings(**POOL, time__end=0.04, output__snapshots__every=0.02)
 
 
-@pytest.mark.parametrize(("ranks", "part"), [(2, ""), (3, ""), (5, "test_periodic_slabs.py")])
+ROUND = "test_periodic_slabs.py::test_what_flows_round_is_the_same_on_all_ranks_to_the_bit"
+
+
+@pytest.mark.parametrize(("ranks", "part"), [(2, ""), (3, ""), (5, ROUND)])
 def test_suite_on_ranks(ranks, part):
     """On one rank they run among all other tests."""
     tests = f"tests/mpi/{part}"

@@ -35,7 +35,8 @@ def drop(quick):
     """A round drop that stretches to A t = 0.75, 25, 50 and 100 particles per radius (quick: 25): half axes, Monaghan (1994).
 
     The half axes are those of the ellipse with the second moments of the particles, twice the root of the mean square; for the
-    long one that of its outermost particle too, half a spacing further.
+    long one that of its outermost particle too, half a spacing further. At 100 per radius what is left is that the drop begins
+    compressed by 0.1 % of its area, by the pressure in it.
     """
     errors = {}
     for per_radius in (25,) if quick else (25, 50, 100):
@@ -45,7 +46,7 @@ def drop(quick):
         position = simulation.field("position") - flow.middle
         axes = 2 * np.sqrt((position**2).mean(axis=0))
         tip = np.abs(position[:, 1]).max() + 0.5 * scene.numerics.dx
-        size, bar = f"{per_radius} per radius", 1.0 if per_radius == 50 else None
+        size, bar = f"{per_radius} per radius", 1.0 if per_radius == 50 or quick else None
         errors[per_radius] = np.abs(axes / theory - 1).max()
         yield f"short half axis, {size}", 100 * (axes[0] / theory[0] - 1), "%", bar
         yield f"long half axis, {size}", 100 * (axes[1] / theory[1] - 1), "%", bar
