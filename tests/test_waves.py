@@ -9,6 +9,7 @@ from parsph.scene.load import load_scene
 from parsph.scene.movers import maker_of
 from parsph.waves import (
     Seiche,
+    Sloshing,
     angular_frequency,
     flap_transfer,
     layer_reflection,
@@ -165,3 +166,36 @@ def test_reflection_of_a_layer_is_the_loss_on_the_way_there_and_back(shape, rati
 def test_no_layer_reflects_everything():
     assert layer_reflection(0.3, 0, 3.1) == 1
     assert layer_reflection(0.0, 20.0, 3.1, "power", 2) == 1
+
+
+def test_water_in_a_tank_that_moves_slowly_goes_with_it():
+    """Three hundred times slower than its first mode it hardly sloshes."""
+    theory, rate = Sloshing(1.0, 0.35, 9.81), 2 * math.pi / 400.0
+    times = np.linspace(0.0, 400.0, 101)
+    momentum = theory.momentum(times, lambda t: (rate * math.sin(rate * t), rate**2 * math.cos(rate * t)))
+    np.testing.assert_allclose(momentum, rate * np.sin(rate * times), atol=3e-3 * rate)  # it begins with a jerk
+
+
+def test_at_resonance_waves_in_a_tank_grow_with_time():
+    """X = A sin(w t): the speed of the mode is -F A w^2 t sin(w t)/2, F = 4/pi tanh(k d)."""
+    theory = Sloshing(1.0, 0.35, 9.81, modes=1)
+    k, amplitude = math.pi, 0.01
+    rate = math.sqrt(9.81 * k * math.tanh(0.35 * k))
+    times = np.linspace(0.0, 20 * 2 * math.pi / rate, 401)
+
+    def motion(t):
+        return amplitude * rate * math.cos(rate * t), -amplitude * rate**2 * math.sin(rate * t)
+
+    momentum = theory.momentum(times, motion)
+    speed = -0.5 * 4 / math.pi * math.tanh(0.35 * k) * amplitude * rate**2 * times * np.sin(rate * times)
+    expected = amplitude * rate * np.cos(rate * times) - 2 / (0.35 * k**2) * speed
+    np.testing.assert_allclose(momentum, expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_a_jerk_moves_the_water_beside_the_walls_alone():
+    """Right after it the share of the water's mass that goes along is 1 - sum over odd n of 8 tanh(k_n d)/(k_n^3 L^2 d)."""
+    theory = Sloshing(1.0, 0.35, 9.81, modes=40)
+    momentum = theory.momentum([0.0, 1e-4], lambda t: (t, 1.0))[-1] / 1e-4
+    k = np.pi * np.arange(1, 80, 2)
+    assert momentum == pytest.approx(1 - (8 * np.tanh(0.35 * k) / (0.35 * k**3)).sum(), rel=1e-4)
+    assert 0.3 < momentum < 0.45

@@ -53,10 +53,10 @@ def energy_rows(simulation, scale=None, bar=None):
 
 
 def momentum_of(simulation):
-    """Return momentum, shape (dim,) [kg m/s], and in 2D the angular momentum about the centre of mass [kg m^2/s], else 0."""
+    """Return momentum, shape (2,) [kg m/s], and angular momentum about the centre of mass [kg m^2/s] of a flow in the plane."""
     position, velocity, mass = (simulation.field(name) for name in ("position", "velocity", "mass"))
-    momentum, middle = mass @ velocity, mass @ position / mass.sum()
-    return momentum, float(mass @ np.cross(position - middle, velocity)) if position.shape[1] == 2 else 0.0
+    x, y = (position - mass @ position / mass.sum()).T
+    return mass @ velocity, float(mass @ (x * velocity[:, 1] - y * velocity[:, 0]))
 
 
 def momentum_row(simulation):

@@ -7,8 +7,6 @@ from ..waves import Sloshing
 from .hard import energy_rows, missing, record_of, survived
 from .registry import case
 
-OVERHANG = 3.0  # spacings of air under a crest
-
 
 @case
 def sloshing(quick):
