@@ -93,7 +93,8 @@ def test_what_a_gauge_of_power_cannot_account_for_is_refused(sections, key):
         load_scene({**falling(), **sections})
 
 
-def test_the_command_prints_the_books_of_a_run(tmp_path, capsys):
+def test_the_command_prints_the_books_of_a_run(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
     run(falling(), (), tmp_path / "run")
     with pytest.raises(SystemExit) as end:
         cli.main(["analyse", "books", str(tmp_path / "run"), "--json", str(tmp_path / "books.json")])

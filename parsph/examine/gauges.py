@@ -78,7 +78,7 @@ def books(folder, json_file=None):
     entries += [("not accounted for, largest", largest)]
     scale = np.ptp(energy[:, 2]) or 1.0
     show(
-        [{"entry": name, "J": float(value), "of the range of kinetic energy": float(value / scale)} for name, value in entries],
+        [{"entry": name, "J": float(value), "over range of kinetic": float(value / scale)} for name, value in entries],
         json_file,
     )
 
