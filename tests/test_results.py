@@ -9,10 +9,11 @@ import h5py
 import numpy as np
 import pytest
 from helpers import parsph
+from helpers import tank as tank_keys
 
-from parsph import analysis, waves
+from parsph import analysis, viz, waves
 from parsph.errors import SceneError
-from parsph.examine import one_number
+from parsph.examine import one_number, plot
 from parsph.io.results import Results
 from parsph.io.tables import Table, read_table
 from parsph.run import run
@@ -536,6 +537,17 @@ def test_plot_draws_particles_levels_and_energies(tank, humps, tmp_path, command
         picture = humps["layer"] / "figures" / f"{field}.png"
         assert out.split() == [str(picture)]
         assert picture.read_bytes().startswith(PNG)
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_a_flow_without_weight_has_no_still_water_level(tmp_path, monkeypatch, gravity):
+    keys = tank_keys(domain={"size": [0.2, 0.3], "gravity": gravity}, time={"end": 0.0})
+    keys["numerics"]["c0"], keys["output"] = 20.0, {"snapshots": {"every": 1.0}}
+    run(keys, (), tmp_path / "run")
+    levels, draw = [], viz.particles
+    monkeypatch.setattr(viz, "particles", lambda *arguments, **more: levels.append(arguments[4]) or draw(*arguments, **more))
+    plot(tmp_path / "run")
+    assert levels == [0.2 if gravity else None]
 
 
 @pytest.mark.parametrize(

@@ -50,8 +50,10 @@ def plot(folder, out=None, field="pressure", snapshot=-1):
         viz.profile(ax, found["position"][:, 0], {field: values}, "x [m]", label)
     else:
         zones = [results.layer(zone) for zone in scene["damping"]]
+        weightless = scene["domain"]["gravity"] == 0 or "up" in scene["domain"]["periodic"]
+        level = None if weightless else results.level
         for zone in zones or [None]:
-            viz.particles(ax, found["position"][:, [0, dim - 1]], values, label, results.level, zone, log=field in DEVIATIONS)
+            viz.particles(ax, found["position"][:, [0, dim - 1]], values, label, level, zone, log=field in DEVIATIONS)
         viz.walls(ax, _walls(results, found["time"]))
     ax.set_title(f"{results.folder.name}, t = {found['time']:.4g} s", fontsize=9)
     written.append(viz.save(drawing, out / f"{field}.png"))
