@@ -2,6 +2,7 @@
 
 import math
 from contextlib import contextmanager
+from copy import copy
 
 import numpy as np
 
@@ -89,11 +90,7 @@ class Simulation:
         self._arrange(time)
         if self._staged:  # something of all neighbours must be known before the sweep
             self._finish_halo()
-            if self.gradients:
-                self.refresh_gradients()
-            if self.correction:
-                with timers("correction"):
-                    self.correction(particles, domain.starts, domain.slab)
+            self.prepare_sweep()
             with timers("sweep"):
                 self.sweep(particles, domain.starts, domain.slab, 1, columns + 1)
         else:
@@ -114,14 +111,18 @@ class Simulation:
                 zone.restrain(particles, *domain.rows_between(*zone.span))
         self.evaluations += 1
 
-    def refresh_gradients(self):
-        """Work out the renormalised gradients of the arranged fluid, halos included."""
-        domain, timers = self.domain, self.timers
-        with timers("gradients"):
-            self.gradients(self.particles, domain.starts, domain.slab)
-        if self.communicator.size > 1:
-            with timers("halo"):
-                domain.exchange_edges(self.particles.gradient)
+    def prepare_sweep(self):
+        """Work out what the sweep needs to know of the arranged fluid: renormalised gradients, coefficients of the kernel."""
+        particles, domain, timers = self.particles, self.domain, self.timers
+        if self.gradients:
+            with timers("gradients"):
+                self.gradients(particles, domain.starts, domain.slab)
+            if self.communicator.size > 1:
+                with timers("halo"):
+                    domain.exchange_edges(particles.gradient)
+        if self.correction:
+            with timers("correction"):
+                self.correction(particles, domain.starts, domain.slab)
 
     def _arrange(self, time):
         """Bring pressures, order and images up to date, and begin to exchange the halos."""
@@ -299,10 +300,14 @@ class Simulation:
         They have moved since the last sort, which was that of an evaluation. Afterwards all is as it was, to the bit: the run
         does not notice.
         """
-        with self.domain.preserved():
-            self._arrange(self.time)
-            self._finish_halo()
-            yield
+        correction = copy(self.correction)  # which counts
+        try:
+            with self.domain.preserved():
+                self._arrange(self.time)
+                self._finish_halo()
+                yield
+        finally:
+            self.correction = correction
 
     def field(self, name):
         """Return a field of this rank's fluid, in the order of (cell, id): a copy, shape (n,) or (n, dim).

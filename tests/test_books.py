@@ -47,13 +47,33 @@ def test_books_close_and_say_what_took_the_energy(numerics, takers):
     assert found.viscosity[-1] <= 1e-12 * moved
 
 
-def test_a_gauge_of_power_changes_nothing_of_the_run():
-    fields = []
+@pytest.mark.parametrize("numerics", [{"diffusion": "antuono"}, {"kernel_correction": "linear"}], ids=str)
+def test_power_is_that_of_the_rates_at_hand(numerics):
+    """Of an evaluation at the present positions: with gradients and coefficients of the same order of particles."""
+    wave = {"blocks": [{"low": [0.0, 0.0], "high": [0.2, 0.2], "initial": "seiche", "amplitude": 0.01}]}
+    simulation = build(load_scene({**falling(**numerics), "fluid": wave}), Communicator())
+    simulation.prepare()
+    for _ in range(40):
+        simulation.advance()
+    measured = simulation.observers[1].measure(simulation)
+    simulation.evaluate(simulation.time)
+    p, rows = simulation.particles, simulation.particles.fluid
+    velocity, mass, density, pressure = (p.field(name, rows) for name in ("velocity", "mass", "density", "pressure"))
+    pull = p.acceleration[rows] - simulation.sweep.gravity
+    parts = mass * (velocity * pull).sum(axis=1), mass * pressure / density**2 * p.density_rate[rows]
+    assert sum(measured) == pytest.approx(sum(map(np.sum, parts)), abs=1e-9 * sum(np.abs(part).sum() for part in parts))
+
+
+@pytest.mark.parametrize("numerics", [{"diffusion": "antuono"}, {"kernel_correction": "linear"}], ids=str)
+def test_a_gauge_of_power_changes_nothing_of_the_run(numerics):
+    fields, counts = [], []
     for gauges in (GAUGES[:1], GAUGES):
-        simulation = build(load_scene({**falling(diffusion="antuono"), "gauges": gauges}), Communicator())
+        simulation = build(load_scene({**falling(**numerics), "gauges": gauges}), Communicator())
         simulation.run()
         fields.append(np.column_stack([simulation.field(name) for name in ("id", "position", "velocity", "density")]))
+        counts.append(simulation.correction and simulation.correction.plain)
     np.testing.assert_array_equal(*fields)
+    assert counts[0] == counts[1]
 
 
 def test_books_are_the_integrals_of_power():

@@ -29,8 +29,7 @@ class PowerGauge(Gauge):
     def measure(self, simulation):
         with simulation.present():
             domain, p = simulation.domain, simulation.particles
-            if simulation.gradients:
-                simulation.refresh_gradients()
+            simulation.prepare_sweep()
             whole = simulation.sweep.rates(p, domain.starts, domain.slab)
             part = self._conserving.rates(p, domain.starts, domain.slab)
             rows = p.fluid
