@@ -358,7 +358,7 @@ def stability(
 ):
     """Measure the stability map: the largest CFL with which a violent and a calm flow stay stable, by bisection.
 
-    For each integrator, against h/dx, sound speed, diffusion and viscosity; a table and a plot.
+    For each integrator, against h/dx, diffusion and viscosity; a table and a plot.
     """
     from .stability import stability as run_stability
 

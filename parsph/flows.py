@@ -30,6 +30,8 @@ class Patch:
     rate: float
     rho0: float
 
+    key = "rate"  # of a scene's block
+
     @property
     def middle(self):
         """Of the box [m], shape (2,)."""
@@ -46,6 +48,11 @@ class RotatingPatch(Patch):
 
     Its corners are thrown out, and the pressure inside is below zero: a fluid that does not bear that tears.
     """
+
+    @property
+    def fastest(self):
+        """Largest speed at t = 0 [m/s]."""
+        return abs(self.rate) * math.hypot(*self.extents) / 2
 
     def velocity(self, position):
         """Return the velocity [m/s] at t = 0 at positions [m], both of shape (n, 2)."""
@@ -72,6 +79,11 @@ class StretchingDrop(Patch):
 
     It stays an ellipse, of the same area and with a pressure that falls from its middle to zero at its surface.
     """
+
+    @property
+    def fastest(self):
+        """Largest speed at t = 0 [m/s]."""
+        return abs(self.rate) * max(self.extents) / 2
 
     def velocity(self, position):
         """Return the velocity [m/s] at t = 0 at positions [m], both of shape (n, 2)."""
@@ -123,6 +135,13 @@ class TaylorGreen:
     nu: float
     rho0: float
 
+    key = "speed"  # of a scene's block
+
+    @property
+    def fastest(self):
+        """Largest speed at t = 0 [m/s]."""
+        return self.speed
+
     @property
     def decay(self):
         """Rate at which velocities decay, ``8 pi^2 nu/L^2`` [1/s]."""
@@ -143,3 +162,6 @@ class TaylorGreen:
         """Return the pressure [Pa] at `time` [s], shape (n,): ``-rho U^2/4 exp(-2 decay t) (cos 2X + cos 2Y)``."""
         x, y = self._phases(position)
         return -0.25 * self.rho0 * self.speed**2 * math.exp(-2 * self.decay * time) * (np.cos(2 * x) + np.cos(2 * y))
+
+
+FLOWS = {"rotation": RotatingPatch, "stretching": StretchingDrop, "vortices": TaylorGreen}

@@ -15,17 +15,24 @@ class Books:
     ----------
     time : ndarray, shape (n,)
         [s]
-    change : ndarray, shape (n,)
-        Change of kinetic, potential and compressible energy together [J].
+    kinetic, potential, compressible : ndarray, shape (n,)
+        Change of each energy [J].
     viscosity, diffusion, rest : ndarray, shape (n,)
         What viscosity, density diffusion and all else have given the fluid [J].
     """
 
     time: np.ndarray
-    change: np.ndarray
+    kinetic: np.ndarray
+    potential: np.ndarray
+    compressible: np.ndarray
     viscosity: np.ndarray
     diffusion: np.ndarray
     rest: np.ndarray
+
+    @property
+    def change(self):
+        """Change of kinetic, potential and compressible energy together [J], shape (n,)."""
+        return self.kinetic + self.potential + self.compressible
 
     @property
     def open(self):
@@ -56,6 +63,6 @@ def energy_books(energy, power):
         why = "the change between two samples is what is accounted for"
         raise SceneError("too few samples", where="record", why=why, cure="gauges of energy and power over the same time")
     time = power[power[:, 0] <= energy[-1, 0], 0]
-    total = np.interp(time, energy[:, 0], energy[:, 2:5].sum(axis=1))
+    changes = (np.interp(time, energy[:, 0], part) - np.interp(time[0], energy[:, 0], part) for part in energy[:, 2:5].T)
     given = cumulative_trapezoid(power[: len(time), 1:], time, axis=0, initial=0)
-    return Books(time, total - total[0], *given.T)
+    return Books(time, *changes, *given.T)

@@ -67,20 +67,21 @@ def books(folder, json_file=None):
             raise SceneError(f"the run had no gauge with {keys}", where=str(folder), why=why, cure=cure)
     energy, power = (np.stack(list(results.table(names[0]).values()), axis=1) for names in (whole, powers))
     found = analysis.energy_books(energy, power)
-    largest = np.abs(found.open).max()
-    entries = [
-        (part, energy[-1, column] - energy[0, column])
-        for column, part in enumerate(("kinetic", "potential", "compressible"), 2)
-    ]
-    entries = [(f"change of {part} energy", value) for part, value in entries]
-    entries += [("given by viscosity", found.viscosity[-1]), ("given by diffusion", found.diffusion[-1])]
-    entries += [("given by all else, walls included", found.rest[-1]), ("not accounted for", found.open[-1])]
-    entries += [("not accounted for, largest", largest)]
+    entries = {
+        "change of kinetic energy": found.kinetic[-1],
+        "change of potential energy": found.potential[-1],
+        "change of compressible energy": found.compressible[-1],
+        "given by viscosity": found.viscosity[-1],
+        "given by diffusion": found.diffusion[-1],
+        "given by all else, walls included": found.rest[-1],
+        "not accounted for": found.open[-1],
+        "not accounted for, largest": np.abs(found.open).max(),
+    }
     scale = np.ptp(energy[:, 2]) or 1.0
-    show(
-        [{"entry": name, "J": float(value), "over range of kinetic": float(value / scale)} for name, value in entries],
-        json_file,
-    )
+    rows = [
+        {"entry": name, "J": float(value), "over range of kinetic": float(value / scale)} for name, value in entries.items()
+    ]
+    show(rows, json_file)
 
 
 def reflection(folder, gauges=None, start=0.0, period=None, periods=4, spectrum=None, json_file=None):

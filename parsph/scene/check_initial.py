@@ -5,9 +5,11 @@ import math
 import numpy as np
 
 from ..errors import SceneError
+from ..flows import FLOWS
+from .initial import flow_of
 from .solids import fillings_of
 
-KEYS = {"rotation": "rate", "stretching": "rate", "vortices": "speed"}  # of the exact flows: what each needs
+KEYS = {name: flow.key for name, flow in FLOWS.items()}  # what each exact flow needs
 UNITS = {"rate": "1/s", "speed": "m/s"}
 LEAST_SOUND = 5.0  # speeds of the flow: densities then differ by up to 4 %
 ROUND = 0.01  # how far the area of an ellipse may be off
@@ -30,13 +32,8 @@ def initial_faults(scene):
 
 def fastest(scene, block):
     """Return a bound of the speed [m/s] that a block begins with, waves apart."""
-    extents = 0.5 * np.subtract(block.high, block.low)
-    flow = {
-        "rotation": lambda: abs(block.rate) * math.hypot(*extents),
-        "stretching": lambda: abs(block.rate) * extents.max(),
-        "vortices": lambda: block.speed,
-    }.get(block.initial, lambda: 0.0)
-    return flow() + math.hypot(*(block.velocity or [0.0]))
+    flow = flow_of(scene, block)
+    return (flow.fastest if flow else 0.0) + math.hypot(*(block.velocity or [0.0]))
 
 
 def _keys(block, where):

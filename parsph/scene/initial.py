@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..flows import RotatingPatch, StretchingDrop, TaylorGreen
+from ..flows import FLOWS, TaylorGreen
 from ..waves import Seiche, pulse
 
 
@@ -26,14 +26,10 @@ def fill(particles, scene, state, grid, fillings, first_column, last_column):
 
 def flow_of(scene, block):
     """Return the exact flow without weight (`parsph.flows`) that a block begins with, None where it begins with none."""
-    corners = tuple(block.low), tuple(block.high)
-    if block.initial == "rotation":
-        return RotatingPatch(*corners, block.rate, scene.fluid.rho0)
-    if block.initial == "stretching":
-        return StretchingDrop(*corners, block.rate, scene.fluid.rho0)
-    if block.initial == "vortices":
-        return TaylorGreen(corners[0], block.high[0] - block.low[0], block.speed, scene.numerics.nu or 0.0, scene.fluid.rho0)
-    return None
+    flow, low, high = FLOWS.get(block.initial), tuple(block.low), tuple(block.high)
+    if flow is TaylorGreen:
+        return flow(low, high[0] - low[0], block.speed, scene.numerics.nu or 0.0, scene.fluid.rho0)
+    return flow and flow(low, high, block.rate, scene.fluid.rho0)
 
 
 def _initial(scene, state, block, position):
@@ -52,12 +48,12 @@ def _initial(scene, state, block, position):
         length, depth = np.subtract(block.high, block.low)
         seiche = Seiche(length, depth, block.amplitude, scene.domain.gravity)
         velocity += seiche.velocity(position - np.array(block.low))
-    pressure, flow = np.full(len(position), block.pressure or 0.0), flow_of(scene, block)
+    flow = flow_of(scene, block)
     if flow is not None:
         velocity += flow.velocity(position)
-        return state.density(pressure + flow.pressure(position)), velocity
+        return state.density((block.pressure or 0.0) + flow.pressure(position)), velocity
     if block.pressure is not None:
-        return state.density(pressure), velocity
+        return np.full(len(position), state.density(block.pressure)), velocity
     return state.still_density(abs(scene.gravity[-1]) * (scene.level - position[:, -1])), velocity
 
 

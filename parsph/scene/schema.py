@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from ..damping import KILLINGS, PROFILES, SWITCHES
+from ..flows import FLOWS
 from ..kernels import KERNELS
 from ..states import STATES
 from ..stepping import INTEGRATORS
@@ -72,7 +73,7 @@ class Block(Section):
         None, description="vertices [m] of a polygon, in place of low and high (2D)"
     )
     ellipse: Ellipse | None = Field(None, description="an ellipse, in place of points (2D)")
-    initial: Literal["still", "seiche", "pulse", "rotation", "stretching", "vortices"] = Field(
+    initial: Literal["still", "seiche", "pulse", *FLOWS] = Field(
         "still",
         description="still: at rest; seiche: velocities of the first standing wave of the block (2D); "
         "pulse: a hump that travels to the right (shallow water); without gravity (2D): rotation of a rectangle, stretching of "

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ..io.gauges import EnergyGauge, ForceGauge, PressureGauge
 from ..scene.initial import flow_of
 from .hard import energy_rows, missing, momentum_of, momentum_row, record_of, survived
 from .registry import case
@@ -18,7 +19,7 @@ def patch(quick):
     """
     scene, simulation = survived("square-patch", {"numerics.dx": 0.02, "time.end": 1.0} if quick else {})
     flow = flow_of(scene, scene.fluid.blocks[0])
-    t, pressure = record_of(simulation, "PressureGauge").T
+    t, pressure = record_of(simulation, PressureGauge).T
     theory = float(flow.pressure([flow.middle])[0])
     yield "pressure in the middle, t = 0", 100 * (pressure[0] / theory - 1), "%", 2.0
     early = pressure[t * flow.rate <= 0.2]
@@ -77,10 +78,10 @@ def jet(quick):
     scene, simulation = survived("jet-corner", {"numerics.dx": 0.02} if quick else {})
     block = scene.fluid.blocks[0]
     theory = scene.fluid.rho0 * block.velocity[0] ** 2 * (block.high[1] - block.low[1])
-    t, force, *_ = record_of(simulation, "ForceGauge").T
+    t, force, *_ = record_of(simulation, ForceGauge).T
     late = t >= 0.5 * scene.time.end
     yield "force on the plate, mean", 100 * (force[late].mean() / theory - 1), "%", 3.0
-    energy = record_of(simulation, "EnergyGauge")
+    energy = record_of(simulation, EnergyGauge)
     late = energy[:, 0] >= 0.5 * scene.time.end
     rate = np.polyfit(energy[late, 0], energy[late, -1], 1)[0]
     yield "rate of momentum along the plate", 100 * (rate / theory - 1), "%", 5.0
@@ -96,7 +97,7 @@ def taylor_green(quick):
     for per_edge in (50,) if quick else (50, 100):
         scene, simulation = survived("taylor-green", {"numerics.dx": 1.0 / per_edge})
         flow = flow_of(scene, scene.fluid.blocks[0])
-        t, _, kinetic, *_ = record_of(simulation, "EnergyGauge").T
+        t, _, kinetic, *_ = record_of(simulation, EnergyGauge).T
         rate = -0.5 * np.polyfit(t, np.log(kinetic), 1)[0]
         exact = flow.velocity(simulation.field("position"), simulation.time)
         off = np.linalg.norm(simulation.field("velocity") - exact, axis=1).max() / np.linalg.norm(exact, axis=1).max()

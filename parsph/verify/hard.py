@@ -6,9 +6,8 @@ import numpy as np
 
 from ..analysis import energy_books
 from ..errors import RunError
-from ..parallel import Communicator
-from ..scene.build import build
-from ..scene.load import load_scene
+from ..io.gauges import EnergyGauge, PowerGauge
+from .runs import built
 
 
 def survived(source, overrides=(), observers=()):
@@ -19,8 +18,7 @@ def survived(source, overrides=(), observers=()):
     tuple of (Scene, Simulation)
         Where the run failed, the simulation stands where it did: see `missing`.
     """
-    scene = load_scene(source, overrides)
-    simulation = build(scene, Communicator())
+    scene, simulation = built(source, overrides)
     simulation.observers += observers
     with suppress(RunError):  # how far it got is a result
         simulation.run()
@@ -33,13 +31,13 @@ def missing(simulation):
 
 
 def record_of(simulation, kind):
-    """Return the record of the first gauge of a class's name, as "EnergyGauge"."""
-    return next(gauge.record() for gauge in simulation.observers if type(gauge).__name__ == kind)
+    """Return the record of the first gauge of a class."""
+    return next(gauge.record() for gauge in simulation.observers if isinstance(gauge, kind))
 
 
 def energy_rows(simulation, scale=None, bar=None):
     """Yield the rows of the energy books, over `scale` [J], by default the energy at the beginning."""
-    energy, power = record_of(simulation, "EnergyGauge"), record_of(simulation, "PowerGauge")
+    energy, power = record_of(simulation, EnergyGauge), record_of(simulation, PowerGauge)
     books, unit = energy_books(energy, power), "% of the energy at the beginning" if scale is None else "% of the wave's energy"
     scale = energy[0, 2:5].sum() if scale is None else scale
     for name, values in (

@@ -5,21 +5,24 @@ import math
 import numpy as np
 
 from ..analysis import oscillation
-from ..io.gauges import Gauge
+from ..io.gauges import EnergyGauge, Gauge
+from ..scene.load import load_scene
 from ..waves import Seiche
 from .hard import energy_rows, missing, record_of, survived
 from .registry import case
 
-THEORY = Seiche(length=0.2, depth=0.2, amplitude=0.005, gravity=9.81)
-
 
 class ShareGauge(Gauge):
-    """How much of the seiche's mode the particles move with."""
+    """How much of the mode of `theory`, a `Seiche` whose basin begins at the origin, the particles move with."""
 
     columns = ("share",)
 
+    def __init__(self, every, theory):
+        super().__init__("share", every)
+        self.theory = theory
+
     def measure(self, simulation):
-        return [THEORY.share(simulation.field("position"), simulation.field("velocity"))]
+        return [self.theory.share(simulation.field("position"), simulation.field("velocity"))]
 
 
 @case
@@ -29,20 +32,23 @@ def long_seiche(quick):
     The amplitude is the projection of the particles' velocities on the mode, as in `seiche`. What particles gain that change
     places with their images is not accounted for.
     """
-    periods, period = 10 if quick else 100, 2 * math.pi / THEORY.frequency
-    _, simulation = survived("seiche-long", {"time.end": periods * period}, [ShareGauge("share", 0.005)])
-    times, shares = record_of(simulation, "ShareGauge").T
+    scene = load_scene("seiche-long")
+    block = scene.fluid.blocks[0]
+    theory = Seiche(*block.high, block.amplitude, scene.domain.gravity)
+    periods, period = 10 if quick else 100, 2 * math.pi / theory.frequency
+    _, simulation = survived("seiche-long", {"time.end": periods * period}, [ShareGauge(0.005, theory)])
+    times, shares = record_of(simulation, ShareGauge).T
     parts = {"": (0, periods)}
     parts |= {f", periods {first} to {first + 25}": (first, first + 25) for first in range(0, periods - 24, 25)}
     for name, (first, last) in parts.items():
         part = (times >= first * period) & (times <= last * period)
-        found = oscillation(times[part], shares[part], THEORY.frequency)
+        found = oscillation(times[part], shares[part], theory.frequency)
         bar = None if name else 0.3
-        yield f"frequency error{name}", 100 * (found.frequency / THEORY.frequency - 1), "%", bar
+        yield f"frequency error{name}", 100 * (found.frequency / theory.frequency - 1), "%", bar
         yield f"amplitude loss per period{name}", 100 * found.loss, "%", None
     yield from missing(simulation)
     yield "changes of places with images", sum(wall.exchanged for wall in simulation.domain.walls), "", None
-    yield from energy_rows(simulation, record_of(simulation, "EnergyGauge")[0, 2], 1.0)
+    yield from energy_rows(simulation, record_of(simulation, EnergyGauge)[0, 2], 1.0)
 
 
 @case

@@ -9,10 +9,15 @@ from ..scene.load import load_scene
 
 def run_scene(source, overrides=()):
     """Return the scene and the finished `Simulation`."""
-    scene = load_scene(source, overrides)
-    simulation = build(scene, Communicator())
+    scene, simulation = built(source, overrides)
     simulation.run()
     return scene, simulation
+
+
+def built(source, overrides=()):
+    """Return the scene and its `Simulation` on one rank, not begun."""
+    scene = load_scene(source, overrides)
+    return scene, build(scene, Communicator())
 
 
 def levels_of(simulation):

@@ -84,9 +84,10 @@ def gathered(simulation, low, high, wanted=None):
     if wanted is not None:
         chosen &= wanted(position)
     rows = rows[chosen]
-    table = np.stack([*position[chosen].T, p.field("mass", rows), p.field("density", rows), image[chosen]], axis=1)
-    table = simulation.communicator.stack(table)
-    table = table[np.argsort(table[:, -1], kind="stable")]  # no rank's copies before another one's originals
+    columns = [*position[chosen].T, p.field("mass", rows), p.field("density", rows)]
+    table = simulation.communicator.stack(np.stack([*columns, image[chosen]] if domain.borders else columns, axis=1))
+    if domain.borders:
+        table = table[np.argsort(table[:, -1], kind="stable")]  # no rank's copies before another one's originals
     return table[:, :dim], table[:, dim], table[:, dim + 1]
 
 
