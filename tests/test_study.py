@@ -59,7 +59,7 @@ settings = { "numerics.density_range" = [0.9999, 1.1] }
 ROWS = ["infinite", "reflecting", "layers_20", "layers_50", "narrow"]
 GOOD = ROWS[:-1]
 TIMES = ("cpu", "wall", "damping")
-BUILTIN = ["absorbing-1d", "absorbing-2d", "deficiency", "seiche", "wall-treatments", "walls"]
+BUILTIN = ["absorbing-1d", "absorbing-2d", "deficiency", "seiche", "wall-treatments", "walls", "work-precision"]
 
 
 @pytest.fixture

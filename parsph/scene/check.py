@@ -130,6 +130,9 @@ def _shallow(scene):
     if n.c0 is not None:
         why = "waves run with sqrt(g depth)"
         faults.append(SceneError("shallow water has no sound speed", where="numerics.c0", why=why, cure="leave it out"))
+    if n.preset is not None:
+        why = "presets were measured where water has a surface, and their terms need one"
+        faults.append(SceneError("is not for shallow water", where="numerics.preset", why=why, cure="leave it out"))
     for number, block in enumerate(scene.fluid.blocks):
         where = f"fluid.blocks.{number}"
         if block.depth is None:

@@ -14,9 +14,11 @@ from ..errors import SceneError, SceneFaults, did_you_mean, shortened, shown
 from ..files import read_text
 from .check import faults_of
 from .makers_schema import WAVE_KINDS
+from .presets import without_governed
 from .schema import GAUGE_KINDS, Scene
 
 BUILTIN = resources.files(__package__) / "builtin"
+PRESET = "numerics.preset"  # on top of a scene it replaces the keys that presets say
 MOST_FAULTS = 100  # that are told at once
 MOST_BASES = 20  # scenes of which each builds on the next
 DEEPEST = 20  # parts of a dotted key
@@ -48,9 +50,11 @@ def load_scene(source="pool", overrides=None):
     SceneError
         When there is no such scene, or it is not TOML.
     """
-    items = overrides.items() if isinstance(overrides, dict) else map(parse_setting, overrides or [])
+    items = list(overrides.items() if isinstance(overrides, dict) else map(parse_setting, overrides or []))
     try:
         keys = _with_base(source, ())
+        if any(key == PRESET for key, _ in items):
+            keys = without_governed(keys)
         for key, value in items:
             _override(keys, key, value)
     except RecursionError:
@@ -122,7 +126,9 @@ def _with_base(source, above):
     if len(chain) > MOST_BASES:
         what = f"more than {MOST_BASES} scenes build on each other"
         raise SceneError(what, where=base, cure="fewer, with all their keys in one file")
-    return _merged(_with_base(base, chain), keys)
+    below = _with_base(base, chain)
+    named = isinstance(keys.get("numerics"), dict) and keys["numerics"].get("preset") is not None
+    return _merged(without_governed(below) if named else below, keys)
 
 
 def _locate(keys, folder="."):

@@ -21,6 +21,7 @@ from ..walls.mirror import SLIPS
 from ..waves import dispersion
 from .fields import LARGEST, Count, Duration, NotNegative, Number, Point, Positive, Section, Text, Vector
 from .makers_schema import Body, Relaxation, Wavemaker
+from .presets import GOVERNED, PRESETS
 
 ELLIPSE_POINTS = 180
 MOST_POINTS, MOST_POLYGONS, MOST_BLOCKS = 2000, 100, 200  # of one polygon, of a scene: each is checked against all others
@@ -316,6 +317,11 @@ class Numerics(Section):
     """How it is computed."""
 
     dx: Positive = Field(description="particle spacing [m]")
+    preset: Literal[*PRESETS] | None = Field(
+        None,
+        description=f"what the keys {', '.join(GOVERNED)} are where the scene does not say so: draft, standard or accurate; a "
+        "preset that is named on top of a scene replaces that scene's own of these keys",
+    )
     kernel: Literal[*KERNELS] = Field("wendland-c2", description="smoothing kernel")
     h_over_dx: Positive = Field(2.0, description="smoothing length over spacing [-]")
     h_growth: Annotated[float, Field(ge=1, le=100)] = Field(
@@ -362,6 +368,13 @@ class Numerics(Section):
         description="the run stops when a density over rho0 leaves this range [-]; default: 0.7 to 1.3, "
         "in shallow water, where rho0 is the largest depth, 0 to 2",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_preset(cls, keys):
+        """Fill in what a preset says, before defaults."""
+        preset = PRESETS.get(keys["preset"]) if isinstance(keys, dict) and isinstance(keys.get("preset"), str) else None
+        return preset | keys if preset else keys
 
 
 class TimeSection(Section):

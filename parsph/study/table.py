@@ -98,6 +98,15 @@ class StudyTable:
         return markdown(columns or list(self.columns), self.rows if rows is None else rows)
 
 
+def read_rows(path):
+    """Return the rows of a ``results.csv``, dicts with names of columns without units; numbers that are missing are NaN."""
+    with open(path, newline="", encoding="utf-8") as file:
+        header, *lines = csv.reader(file)
+    names = [name.partition(" [")[0] for name in header]
+    numbers = {*METRICS, *COSTS, "reached"}
+    return [{name: float(text) if name in numbers else text for name, text in zip(names, line, strict=True)} for line in lines]
+
+
 def markdown(columns, rows):
     """Return the lines of a Markdown table of `rows`, dicts of text and numbers."""
     lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]

@@ -10,7 +10,7 @@ from ...errors import SceneError
 
 PERIODS = 4  # so many at the end of a record count
 FAR = 2  # depths from the wavemaker, where its near field has died away
-GAUGES = {"levels": "level", "energy": "energy", "pressures": "pressure"}
+GAUGES = {"levels": "level", "energy": "energy", "pressures": "pressure", "runup": "runup"}
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Metric:
     roles : tuple of str
         What it compares with; rows without such references have no value.
     needs : str
-        What the scene must have: "", "waves" (a wavemaker and three level gauges), "levels", "energy", "pressures", "profile"
-        (1D shallow water with snapshots).
+        What the scene must have: "", "waves" (a wavemaker and three level gauges), "levels", "energy", "pressures", "runup",
+        "profile" (1D shallow water with snapshots).
     """
 
     name: str
@@ -82,6 +82,12 @@ def metric(name, unit, roles=(), needs=""):
 def energy_record(results):
     """Return the table of the first energy gauge."""
     return results.table(next(iter(results.gauges("energy"))))
+
+
+def total_energy(results):
+    """Return kinetic, potential and compressible energy together [J], shape (samples,), of the first energy gauge."""
+    record = energy_record(results)
+    return sum(record[f"{kind} energy [J]"] for kind in ("kinetic", "potential", "compressible"))
 
 
 def rms(values):

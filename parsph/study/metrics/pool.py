@@ -1,10 +1,13 @@
-"""Waves and their absorption: what comes back, and how far a run is from one without an end."""
+"""Waves: what becomes of them, what comes back, what they do to a wall, and how far a run is from one without an end."""
+
+import math
 
 import numpy as np
 
 from ... import analysis
 from ...errors import SceneError
 from ...scene.load import load_scene
+from ...waves import regular_wave, solitary_on_wall
 from .base import FAR, PERIODS, energy_record, metric
 
 START_UP = 4  # periods before waves are compared: front, layer and back again
@@ -20,6 +23,38 @@ def reflection(results, references):
 def incident(results, references):
     """Incident amplitude, last four periods, gauges two depths from the wavemaker and more."""
     return separated(results).incident
+
+
+@metric("wave-error", "%", needs="waves")
+def wave_error(results, references):
+    """Regular waves: first harmonics along the tank off those of the steady wave asked for, RMS in its own, last four periods.
+
+    Height and wavelength count, the phase of the whole does not. Gauges are two depths from wavemaker and layer, and more.
+    """
+    scene = load_scene(results.scene)
+    asked = scene.wavemaker and scene.wavemaker.wave
+    if not asked or asked.kind != "regular":
+        return math.nan
+    wave = regular_wave(asked.height, scene.depth, scene.domain.gravity, period=scene.wave_period)
+    t, levels, x, _ = results.levels()
+    layers = [results.layer(zone)[0] for zone in results.scene["damping"] if zone["side"] == "right"]
+    first, last = FAR * scene.depth, min([scene.domain.size[0], *layers]) - FAR * scene.depth
+    far = (x >= first) & (x <= last)
+    found = analysis.harmonics_along(t, levels[far], x[far], wave.period, periods=PERIODS)[:, 0]
+    found *= np.exp(1j * wave.wavenumber * x[far]) / wave.elevations[0]  # a steady wave: the same number everywhere
+    return 100.0 * math.sqrt(np.mean(np.abs(found - np.exp(1j * np.angle(found.sum()))) ** 2))
+
+
+@metric("runup-error", "%", needs="runup")
+def runup_error(results, references):
+    """Solitary wave: largest run-up on a vertical wall over that of potential flow (`waves.solitary_on_wall`), minus 1."""
+    scene = load_scene(results.scene)
+    wave = scene.wavemaker and scene.wavemaker.wave
+    if not wave or wave.kind != "solitary":
+        return math.nan
+    record = results.table(next(iter(results.gauges("runup"))))
+    theory = solitary_on_wall(wave.height / scene.depth).runup * scene.depth
+    return 100.0 * ((record["run-up z [m]"].max() - scene.level) / theory - 1.0)
 
 
 def separated(results):

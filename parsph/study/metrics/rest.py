@@ -6,7 +6,7 @@ import numpy as np
 
 from ...measured import measured
 from ...scene.schema import Scene
-from .base import energy_record, largest, metric, rms
+from .base import energy_record, largest, metric, rms, total_energy
 
 EARLY, SETTLED = 1.0, 5.0  # [s]: the start of still water ends, and its echoes have died away
 ARRIVED = 0.2  # of rho0 g H: the front of a dam break is there; Buchner's record has noise of 0.16 before it
@@ -83,9 +83,8 @@ def rest_speed(results, references):
 @metric("energy-growth", "-", needs="energy")
 def energy_growth(results, references):
     """Largest rise of kinetic, potential and compressible energy together, over the potential energy at the beginning."""
-    record = energy_record(results)
-    total = sum(record[f"{kind} energy [J]"] for kind in ("kinetic", "potential", "compressible"))
-    return float((total - np.minimum.accumulate(total)).max() / record["potential energy [J]"][0])
+    total, potential = total_energy(results), energy_record(results)["potential energy [J]"]
+    return float((total - np.minimum.accumulate(total)).max() / potential[0])
 
 
 @metric("plateau", "-", needs="pressures")
