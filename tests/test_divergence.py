@@ -167,5 +167,15 @@ def test_too_smooth_a_kernel_and_walls_of_ghosts_are_told():
     (doubt,) = doubts_of(load_scene(tank(), {**RENORMALISED, "numerics.h_over_dx": 3.0}))
     assert doubt.startswith("numerics.h_over_dx: 3 ")
     assert not doubts_of(load_scene(tank(), {"numerics.h_over_dx": 3.0}))
-    (doubt,) = doubts_of(load_scene("still-tank", RENORMALISED))
+    (doubt,) = doubts_of(load_scene("still-tank", {**RENORMALISED, "time.end": 5.0}))
     assert doubt.startswith('numerics.density: "renormalised" has been seen')
+
+
+def test_waves_in_a_basin_for_too_long_are_told():
+    """140 sqrt(0.2 m/9.81 m/s^2) are 19.99 s; an absorbing layer, or no weight, and there is no such limit."""
+    assert not doubts_of(load_scene("seiche", {**RENORMALISED, "time.end": 19.9}))
+    (doubt,) = doubts_of(load_scene("seiche", {**RENORMALISED, "time.end": 20.1}))
+    assert "disorder after 20 s" in doubt
+    assert not doubts_of(load_scene("seiche", {"time.end": 20.1}))
+    assert not doubts_of(load_scene("pool", RENORMALISED))
+    assert not doubts_of(load_scene("elliptical-drop", {"time.end": 100.0}))

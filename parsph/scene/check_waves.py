@@ -18,6 +18,7 @@ MOST_SUMMED = 3e8  # values of components of irregular waves: some seconds
 LONGEST_STROKE = 0.25  # of the free length of water
 LEAST_RESOLVED = 1.5  # particles per wave height
 STILL_H_OVER_DX = 2.5  # largest with which the surface of still water has been seen to stay still, renormalised
+ORDERED = 140.0  # sqrt(depth/g), 40 periods of the seiche: so long water was seen to keep its volume, renormalised
 HIGHEST_OF_MANY = 1.86  # highest of a thousand irregular waves over Hs, Rayleigh (Longuet-Higgins 1952)
 
 
@@ -94,6 +95,14 @@ def doubts_of(scene):
             doubts.append(
                 'numerics.density: "renormalised" has been seen to stir the water over slopes of ghosts, in small eddies; '
                 '"continuity", or walls that are mirrors'
+            )
+        weight = 0.0 if scene.endless_vertical else scene.domain.gravity
+        refreshed = scene.damping or scene.relaxation  # by waves that run out
+        longest = math.inf if refreshed or not weight or scene.depth <= 0 else ORDERED * math.sqrt(scene.depth / weight)
+        if scene.time.end > longest:
+            doubts.append(
+                f'numerics.density: a standing wave on this depth with "renormalised" fell into disorder after {longest:.3g} s '
+                'and lost volume, later with some viscosity; "continuity", or a shorter run'
             )
     for number, body in enumerate(scene.bodies):
         if body.threshold == 1 and body.friction == 0 and body.preload is None:
