@@ -28,7 +28,7 @@ PRESETS = {
     "accurate": {
         "kernel": "wendland-c2",
         "h_over_dx": 2.5,
-        "c0_factor": 20.0,
+        "c0_factor": 15.0,
         "integrator": "adams-bashforth",
         "density": "renormalised",
         "diffusion": "fourtakas",
