@@ -183,13 +183,16 @@ def order_by_cell(cells, tags, first, last, counts, starts, order):
 
 
 @jit
-def gather_rows(order, count, shared, private, tags, to_shared, to_private, to_tags, offset):
-    """Copy the rows named by ``order[:count]`` to the sorted arrays, from row `offset` on."""
+def gather_rows(order, count, shared, private, tags, to_shared, to_private, to_tags, offset, shared_columns, private_columns):
+    """Copy the rows named by ``order[:count]`` to the sorted arrays, from row `offset` on.
+
+    The columns are tuples, whose lengths are known when this is compiled, so that rows are copied without loops.
+    """
     for k in range(count):
         i = order[k]
-        for column in range(shared.shape[1]):
+        for column in range(len(shared_columns)):
             to_shared[offset + k, column] = shared[i, column]
-        for column in range(private.shape[1]):
+        for column in range(len(private_columns)):
             to_private[offset + k, column] = private[i, column]
         to_tags[offset + k] = tags[i]
 
