@@ -22,6 +22,13 @@ from .walls import INTERPOLATORS
 
 H_OVER_DX = (1.3, 1.7, 2.0)
 PRECISIONS = ("float64", "float32")
+DAM_BREAK = {  # the terms and walls of that scene
+    "numerics.diffusion": "antuono",
+    "numerics.spray": "pressureless",
+    "numerics.alpha": 0.02,
+    "walls.treatment": "ghosts",
+}
+ROWS = (*(("wave", h) for h in H_OVER_DX), *(("dam break", h) for h in (1.3, 2.0)))
 JITTER, SEED = 0.2, 1
 BLOCK = 1 << 16  # particles
 
@@ -105,9 +112,11 @@ def drawn(draw, count, numbers, dim):
     return found
 
 
-def measure(particles, h_over_dx, precision, repeats):
-    """Return one row of results: evaluations per second of `sweep`, `step` and `plain`."""
+def measure(particles, terms, h_over_dx, precision, repeats):
+    """Return one row of results, for the terms of a "wave" or a "dam break": evaluations/s of `sweep`, `step` and `plain`."""
     scene = bench_scene(particles, h_over_dx, precision)
+    if terms == "dam break":
+        scene = load_scene(scene.model_dump(), DAM_BREAK)
     simulation = jittered(scene)
     p, domain = simulation.particles, simulation.domain
     count, dim = len(p.fluid), scene.dim
@@ -144,10 +153,12 @@ def measure(particles, h_over_dx, precision, repeats):
     return {
         **rates,
         "particles": count,
+        "terms": terms,
         "h_over_dx": h_over_dx,
         "precision": precision,
         "sweep_over_plain": rates["sweep"] / rates["plain"],
         "step_over_sweep": rates["step"] / rates["sweep"],
+        "step_over_plain": rates["step"] / rates["plain"],
         "bytes_per_particle": p.nbytes / count,
     }
 
@@ -205,14 +216,16 @@ def costs_of_terms(particles=40_000, repeats=7):
 
 def bench(json_file=None, particles=100_000, repeats=7):
     """Measure, print and, if asked, write the table of speeds."""
-    rows = [measure(particles, h, precision, repeats) for precision in PRECISIONS for h in H_OVER_DX]
+    rows = [measure(particles, *row, precision, repeats) for precision in PRECISIONS for row in ROWS]
     table = Table(title=f"{rows[0]['particles']:,} particles, 2D, Wendland C2, one core; million evaluations per second")
-    for name in ("h/dx", "pairs", "plain", "sweep", "step", "sweep/plain", "step/sweep", "bytes/particle"):
+    columns = "terms", "h/dx", "pairs", "plain", "sweep", "step", "sweep/plain", "step/sweep", "step/plain", "bytes/particle"
+    for name in columns:
         table.add_column(name, justify="right")
     for row in rows:
         speeds = [f"{row[name] / 1e6:.2f}" for name in ("plain", "sweep", "step")]
-        ratios = [f"{row[name]:.2f}" for name in ("sweep_over_plain", "step_over_sweep")]
-        table.add_row(str(row["h_over_dx"]), row["precision"], *speeds, *ratios, f"{row['bytes_per_particle']:.0f}")
+        ratios = [f"{row[name]:.2f}" for name in ("sweep_over_plain", "step_over_sweep", "step_over_plain")]
+        shape = row["terms"], str(row["h_over_dx"]), row["precision"]
+        table.add_row(*shape, *speeds, *ratios, f"{row['bytes_per_particle']:.0f}")
     out = console()
     out.print(table)
     cost = fixed_cost()

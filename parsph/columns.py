@@ -14,6 +14,8 @@ from .jit import jit
 from .particles import FIRST_GHOST
 
 LEFT, RIGHT, DROPPED = -2, -3, -1
+LAYERS = 8  # on a support radius, along the last axis
+BLOCKS = 1, 8, 1  # cells, along the last axis, that share their candidates in 1, 2, 3 dimensions
 FAR = 1.0e4  # support radii: where particles without mass fill a scratch up; its square is far from the largest float32
 
 
@@ -183,13 +185,16 @@ def order_by_cell(cells, tags, first, last, counts, starts, order):
 
 
 @jit
-def gather_rows(order, count, shared, private, tags, to_shared, to_private, to_tags, offset):
-    """Copy the rows named by ``order[:count]`` to the sorted arrays, from row `offset` on."""
+def gather_rows(order, count, shared, private, tags, to_shared, to_private, to_tags, offset, shared_columns, private_columns):
+    """Copy the rows named by ``order[:count]`` to the sorted arrays, from row `offset` on.
+
+    The columns are tuples, whose lengths are known when this is compiled, so that rows are copied without loops.
+    """
     for k in range(count):
         i = order[k]
-        for column in range(shared.shape[1]):
+        for column in range(len(shared_columns)):
             to_shared[offset + k, column] = shared[i, column]
-        for column in range(private.shape[1]):
+        for column in range(len(private_columns)):
             to_private[offset + k, column] = private[i, column]
         to_tags[offset + k] = tags[i]
 
@@ -203,12 +208,6 @@ def collect_leavers(cells, first, last, direction, rows):
             rows[count] = i
             count += 1
     return count
-
-
-@jit
-def tags_begin_with_fluid(tags, starts, cell):
-    """Whether `cell` holds a fluid particle: they come first."""
-    return starts[cell] < starts[cell + 1] and tags[starts[cell]] < FIRST_GHOST
 
 
 @jit
@@ -231,27 +230,41 @@ def strip_offset(strip, strips, stride, shape):
 
 
 @jit
-def candidates(starts, cell, strips, stride, shape):
-    """Number of particles in the strips around `cell`."""
+def cells_of_block(cell, most, shape):
+    """Return how many cells the block that begins with `cell` has, up to `most` along the last axis; 0 where none begins.
+
+    Blocks lie within a column, so that they are the same on any number of ranks, and hold no cell of the grid's margin.
+    """
+    if len(shape) == 1:
+        return 1
+    place = cell % shape[-1] - 1
+    return min(most, shape[-1] - 2 - place) if place >= 0 and place % most == 0 else 0
+
+
+@jit
+def candidates(starts, cell, cells, strips, stride, shape):
+    """Number of particles in the strips around the block of `cells` that begins with `cell`."""
     count = 0
     for strip in range(strips):
         offset = strip_offset(strip, strips, stride, shape)
-        count += starts[cell + offset + 2] - starts[cell + offset - 1]
+        count += starts[cell + offset + cells + 1] - starts[cell + offset - 1]
     return count
 
 
 @jit
 def fluid_box(rows, tags, begin, end, dim):
-    """Return middle and half extent [m], three numbers each, of the box around the fluid among the rows ``begin:end``."""
+    """Return middle and half extent [m], three numbers each, of the box around the fluid among the rows ``begin:end``.
+
+    Without any fluid there its extent is negative.
+    """
     y, z = min(1, dim - 1), dim - 1
-    cx, cy, cz = rows[begin, 0], rows[begin, y], rows[begin, z]
-    ex, ey, ez = cx, cy, cz
-    for i in range(begin + 1, end):
-        if tags[i] >= FIRST_GHOST:
-            break
-        cx, ex = min(cx, rows[i, 0]), max(ex, rows[i, 0])
-        cy, ey = min(cy, rows[i, y]), max(ey, rows[i, y])
-        cz, ez = min(cz, rows[i, z]), max(ez, rows[i, z])
+    cx = cy = cz = np.inf
+    ex = ey = ez = -np.inf
+    for i in range(begin, end):
+        if tags[i] < FIRST_GHOST:
+            cx, ex = min(cx, rows[i, 0]), max(ex, rows[i, 0])
+            cy, ey = min(cy, rows[i, y]), max(ey, rows[i, y])
+            cz, ez = min(cz, rows[i, z]), max(ez, rows[i, z])
     ex, ey, ez = 0.5 * (ex - cx), 0.5 * (ey - cy), 0.5 * (ez - cz)
     return (cx + ex, cy + ey, cz + ez), (ex, ey, ez)
 
@@ -287,10 +300,57 @@ def choose_candidates(rows, starts, cell, strips, stride, shape, middle, extent,
 
 
 @jit
-def most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape):
-    """Return the largest number of candidates of any cell with fluid."""
+def layer_of(height, lowest, reach, most):
+    """Return in which layer `height` [m] lies, 0 from `lowest` [m] on, up to `most`; a support radius `reach` has `LAYERS`."""
+    return min(max(int((height - lowest) * (LAYERS / reach)), 0), most)
+
+
+@jit
+def order_by_layer(rows, starts, cell, cells, strips, stride, shape, lowest, reach, chosen, places, ends):
+    """Write to `chosen` the rows around the block of `cells` from `cell` on, to `places` where each stands if ordered by layer.
+
+    Layers lie across the last axis, and begin at `lowest` [m]; each ends in that order where `ends` says for the next one.
+
+    Returns
+    -------
+    tuple of int
+        How many, and the place in `chosen` of the first row of `cell`.
+    """
+    count, own = 0, 0
+    ends[:] = 0
+    for strip in range(strips):
+        a = starts[cell + strip_offset(strip, strips, stride, shape) - 1]
+        b = starts[cell + strip_offset(strip, strips, stride, shape) + cells + 1]
+        if strip == strips // 2:
+            own = count + starts[cell] - a
+        for j in range(a, b):
+            layer = layer_of(rows[j, len(shape) - 1], lowest, reach, len(ends) - 3)
+            chosen[count], places[count] = j, layer
+            ends[layer + 2] += 1
+            count += 1
+    for layer in range(2, len(ends)):
+        ends[layer] += ends[layer - 1]
+    following = ends[1:]
+    for k in range(count):
+        layer = places[k]
+        places[k] = following[layer]
+        following[layer] += 1
+    return count, own
+
+
+@jit
+def within_reach(height, lowest, reach, ends):
+    """Return between which places of the order by layer all is that may be within `reach` [m] of `height` [m]."""
+    most = len(ends) - 3
+    return ends[layer_of(height - reach, lowest, reach, most)], ends[layer_of(height + reach, lowest, reach, most) + 1]
+
+
+@jit
+def most_candidates(starts, first_cell, last_cell, most_cells, strips, stride, shape):
+    """Return the largest number of candidates of any block of up to so many cells."""
     most = 0
     for cell in range(first_cell, last_cell):
-        if tags_begin_with_fluid(tags, starts, cell):
-            most = max(most, candidates(starts, cell, strips, stride, shape))
+        cells = cells_of_block(cell, most_cells, shape)
+        if starts[cell] < starts[cell + cells]:
+            most = max(most, candidates(starts, cell, cells, strips, stride, shape))
     return most

@@ -9,12 +9,23 @@ from functools import lru_cache
 
 import numpy as np
 
-from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
-from .jit import jit
+from .columns import (
+    BLOCKS,
+    FAR,
+    LAYERS,
+    cells_of_block,
+    cells_per_column,
+    choose_candidates,
+    fluid_box,
+    most_candidates,
+    order_by_layer,
+    within_reach,
+)
+from .jit import VECTOR, jit
 from .kernels import kernel_slope, kernel_value
 from .linear import cofactors
 from .particles import FIRST_GHOST
-from .sweep import PADDING, over_slab
+from .sweep import over_slab
 from .terms.density import LEAST_DETERMINANT
 from .terms.diffusion import diffusing_density
 from .terms.filter import filtered_density
@@ -32,27 +43,31 @@ def renormalised(xx, xy, xz, yy, yz, zz, x, y, z, dim):
 @lru_cache
 def compiled_gradients(dim, kernel, diffusion):
     """Return the pass that sets the renormalised gradient of the diffusing density, for these codes; numbers at run time."""
-    real = np.float32  # they steer a diffusion: seven digits do, and pairs take two thirds of the time
-    strips = 3 ** (dim - 1)
+    real, padding = np.float32, VECTOR // 4  # they steer a diffusion: seven digits do, and pairs take two thirds of the time
+    strips, block = 3 ** (dim - 1), BLOCKS[dim - 1]
 
     def set_gradients(rows, tags, starts, first_cell, last_cell, grid, numbers, gravity, gradients):
         cell_size, shape = grid
         h, norm, rho0, inverse_c2, gamma = numbers
         stride = cells_per_column(shape)
-        most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
-        scratch = np.empty((5, (most // PADDING + 1) * PADDING), real)
-        chosen = np.empty(scratch.shape[1], np.int64)
+        room = most_candidates(starts, first_cell, last_cell, block, strips, stride, shape) + padding
+        scratch = np.empty((5, room), real)
+        chosen, places = np.empty(room, np.uint32), np.empty(room, np.uint32)
+        ends = np.empty((block + 2) * LAYERS + 4, np.int64)
         xs, ys, zs, ss, Vols = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
         inverse_h, slope_norm = real(1.0 / h), norm / h ** (dim + 2)
         for cell in range(first_cell, last_cell):
-            begin, end = starts[cell], starts[cell + 1]
-            if not tags_begin_with_fluid(tags, starts, cell):
-                continue
+            cells = cells_of_block(cell, block, shape)
+            begin, end = starts[cell], starts[cell + cells]
             middle, extent = fluid_box(rows, tags, begin, end, dim)
-            reach2 = cell_size * cell_size
-            count, own = choose_candidates(rows, starts, cell, strips, stride, shape, middle, extent, reach2, chosen, begin)
-            for o in range(count):
-                j = chosen[o]
+            if extent[0] < 0.0:
+                continue
+            lowest = middle[dim - 1] - extent[dim - 1] - cell_size
+            count, own = order_by_layer(
+                rows, starts, cell, cells, strips, stride, shape, lowest, cell_size, chosen, places, ends
+            )
+            for k in range(count):
+                j, o = chosen[k], places[k]
                 xs[o] = rows[j, 0] - middle[0]
                 hydrostatic = gravity[0] * (rows[j, 0] - middle[0])
                 if dim > 1:
@@ -64,22 +79,23 @@ def compiled_gradients(dim, kernel, diffusion):
                 density = rows[j, 2 * dim]
                 ss[o] = diffusing_density(diffusion, density - rho0, rho0, gamma, rho0 * inverse_c2 * hydrostatic)
                 Vols[o] = rows[j, 2 * dim + 2] / density
-            padded = (count + PADDING - 1) // PADDING * PADDING
-            for o in range(count, padded):
+            for row in range(len(scratch)):
+                for o in range(count, count + padding):
+                    scratch[row, o] = 0.0
+            for o in range(count, count + padding):
                 xs[o] = FAR * cell_size
-                ys[o] = 0.0
-                zs[o] = 0.0
-                ss[o] = 0.0
-                Vols[o] = 0.0
             for i in range(begin, end):
                 if tags[i] >= FIRST_GHOST:
-                    break
-                o = own + i - begin
+                    continue
+                o = places[own + i - begin]
+                first, last = within_reach(rows[i, dim - 1], lowest, cell_size, ends)
+                padded = (last - first + padding - 1) // padding * padding
                 x, y, z, s = xs[o], ys[o], zs[o], ss[o]
                 xx, xy, xz, yy = real(0.0), real(0.0), real(0.0), real(0.0)
                 yz, zz = real(0.0), real(0.0)
                 sx, sy, sz = real(0.0), real(0.0), real(0.0)
-                for j in range(padded):
+                for k in range(padded):
+                    j = np.uint64(first + k)
                     dx = xs[j] - x
                     r2 = dx * dx
                     if dim > 1:
@@ -143,14 +159,14 @@ def compiled_filter(dim, kernel, law):
         cell_size, shape = grid
         h, norm = numbers
         stride = cells_per_column(shape)
-        most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
+        most = most_candidates(starts, first_cell, last_cell, 1, strips, stride, shape)
         chosen = np.empty(most + 1, np.int64)
         apart, moments, masses = np.empty(size), np.empty((size, size)), np.empty(size)
         for cell in range(first_cell, last_cell):
             begin, end = starts[cell], starts[cell + 1]
-            if not tags_begin_with_fluid(tags, starts, cell):
-                continue
             middle, extent = fluid_box(rows, tags, begin, end, dim)
+            if extent[0] < 0.0:
+                continue
             reach2 = cell_size * cell_size
             count, _ = choose_candidates(rows, starts, cell, strips, stride, shape, middle, extent, reach2, chosen, begin)
             for i in range(begin, end):

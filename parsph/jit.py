@@ -17,12 +17,15 @@ from pathlib import Path
 
 import numba
 import numpy as np
+from llvmlite import binding
 from numba.core import event, types
 from numba.extending import overload
 
 # No `nnan` and no `ninf`: NaN must stay visible to the guards. The others let sums run in vector lanes.
 FAST_MATH = {"nsz": True, "arcp": True, "contract": True, "afn": True, "reassoc": True}
 KEPT_CACHES = 6
+# Bytes of the widest vectors of this machine: loops over a multiple of them have no remainder, which would be scalar.
+VECTOR = 64 if binding.get_host_cpu_features().get("avx512f") else 32
 
 
 def _source_hash():

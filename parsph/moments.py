@@ -15,12 +15,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
-from .jit import jit
+from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_candidates
+from .jit import VECTOR, jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST, Field
-from .sweep import PADDING, over_slab
+from .sweep import over_slab
 from .terms.correction import invert_moments
+
+PADDING = VECTOR // 8
 
 MOMENTS = (
     Field("kernel_moment0", 0, "", "M0 = sum V W of the plain kernel, 1 where reproduced", "derived", snapshot=True),
@@ -60,16 +62,16 @@ def compiled_moments(dim, kernel, gradients):
         cell_size, shape = grid
         h, norm = numbers
         stride = cells_per_column(shape)
-        most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
+        most = most_candidates(starts, first_cell, last_cell, 1, strips, stride, shape)
         scratch = np.empty((4, (most // PADDING + 1) * PADDING))
         chosen = np.empty(scratch.shape[1], np.int64)
         xs, ys, zs, Vs = scratch[0], scratch[1], scratch[2], scratch[3]
         inverse_h, value_norm, slope_norm = 1.0 / h, norm / h**dim, norm / h ** (dim + 2)
         for cell in range(first_cell, last_cell):
             begin, end = starts[cell], starts[cell + 1]
-            if not tags_begin_with_fluid(tags, starts, cell):
-                continue
             middle, extent = fluid_box(rows, tags, begin, end, dim)
+            if extent[0] < 0.0:
+                continue
             reach2 = cell_size * cell_size
             count, own = choose_candidates(rows, starts, cell, strips, stride, shape, middle, extent, reach2, chosen, begin)
             for o in range(count):

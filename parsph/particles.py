@@ -105,6 +105,11 @@ class Layout:
         """The fields that this scene needs."""
         return [field for field in FIELDS if field.needed_by in ("", *self.features)]
 
+    @property
+    def axes(self):
+        """The axes: a tuple, whose length is known to compiled code, so that it has no loops over them."""
+        return tuple(range(self.dim))
+
     def width(self, part):
         """Return the number of numbers in a row of `part`."""
         return sum(self.components(field) for field in self.fields if field.part == part)

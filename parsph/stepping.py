@@ -14,12 +14,12 @@ BEYOND = 0.5  # how far rates are continued beyond the last ones, over their cha
 
 
 @jit
-def predict(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt, keeps):
+def predict(rows, start, tags, acceleration, density_rate, drift, first, last, axes, summed, dt, keeps):
     """Remember the beginning of the step in `start` and move on by `dt` with the rates at hand.
 
     An integrator that `keeps` the rates continues them by `BEYOND`.
     """
-    smooth = len(drift) > 0
+    smooth, dim = len(drift) > 0, len(axes)
     for i in range(first, last):
         if tags[i] >= FIRST_GHOST:
             continue
@@ -46,7 +46,7 @@ def predict(rows, start, tags, acceleration, density_rate, drift, first, last, d
 
 
 @jit
-def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt):
+def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, last, axes, summed, dt):
     """Finish a drift-kick-drift step: full kick, second half of the drift with the new velocity.
 
     Returns
@@ -54,7 +54,7 @@ def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, 
     tuple of float
         Largest squared speed [m^2/s^2] and largest squared acceleration [m^2/s^4].
     """
-    smooth = len(drift) > 0
+    smooth, dim = len(drift) > 0, len(axes)
     fastest, hardest = 0.0, 0.0
     for i in range(first, last):
         if tags[i] >= FIRST_GHOST:
@@ -73,9 +73,9 @@ def verlet_correct(rows, start, tags, acceleration, density_rate, drift, first, 
 
 
 @jit
-def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first, last, dim, summed, dt):
+def midpoint_correct(rows, start, tags, acceleration, density_rate, drift, first, last, axes, summed, dt):
     """Finish a midpoint step: the whole step with the rates of its middle. Returns as `verlet_correct`."""
-    smooth = len(drift) > 0
+    smooth, dim = len(drift) > 0, len(axes)
     fastest, hardest = 0.0, 0.0
     for i in range(first, last):
         if tags[i] >= FIRST_GHOST:
@@ -188,7 +188,7 @@ def _correct(compiled, p, dt):
 
 def _arrays(p):
     """Return the arguments that all passes share."""
-    return p.shared, p.private, p.tags, p.acceleration, p.density_rate, p.drift, p.first, p.last, p.layout.dim, p.summed
+    return p.shared, p.private, p.tags, p.acceleration, p.density_rate, p.drift, p.first, p.last, p.layout.axes, p.summed
 
 
 VISCOUS_LIMIT = 0.125

@@ -1,10 +1,11 @@
 """The neighbour loop: every fluid particle gathers its own right-hand side.
 
-For each cell the candidates of the neighbouring strips are copied to a small scratch, relative to the middle of the cell's
-fluid, leaving out those beyond reach of the box around that fluid (a quarter to a third of them), and padded with particles
-without mass far away. Then each fluid particle of the cell runs one loop over the scratch that has no branches and a length
-that is a multiple of the vector width. Distances beyond the support cost arithmetic but no mispredicted branch. A particle's
-sum has an order fixed by (cell, tag), so it does not depend on the number of ranks.
+For each block of cells, one above the other, the candidates of the neighbouring strips are copied to a small scratch,
+relative to the middle of the block's fluid and in the order of thin layers across the last axis, with particles without mass
+far away behind them. What is within reach of a particle stands together there. So each fluid particle of the block runs one
+loop over a part of the scratch that has no branches and a length that is a multiple of the vector width: distances beyond the
+support cost arithmetic but no mispredicted branch. A particle's sum has an order fixed by (cell, tag) and heights, so it does
+not depend on the number of ranks.
 """
 
 from dataclasses import dataclass
@@ -12,8 +13,18 @@ from functools import lru_cache
 
 import numpy as np
 
-from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_candidates, tags_begin_with_fluid
-from .jit import jit
+from .columns import (
+    BLOCKS,
+    FAR,
+    LAYERS,
+    cells_of_block,
+    cells_per_column,
+    fluid_box,
+    most_candidates,
+    order_by_layer,
+    within_reach,
+)
+from .jit import VECTOR, jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
 from .terms.correction import corrected_derivative, corrected_value
@@ -26,7 +37,6 @@ from .terms.tensile import tensile_excess
 from .terms.viscosity import MONAGHAN, NEWTONIAN, UNSEEN, artificial_viscosity, unseen_viscosity
 from .terms.xsph import smoothing_weight
 
-PADDING = 16
 SCRATCH_ROWS = 15
 STRAINS, SMOOTHINGS = 6, 3  # further rows, in scenes that carry them from one evaluation to the next
 
@@ -46,8 +56,8 @@ def compiled_sweep(
     variable_h : bool
         Whether h grows where particles thin out (1D).
     """
-    real = np.float32 if single else np.float64
-    strips = 3 ** (dim - 1)
+    real, padding = (np.float32, VECTOR // 4) if single else (np.float64, VECTOR // 8)
+    strips, block = 3 ** (dim - 1), BLOCKS[dim - 1]
 
     crowded = tensile != 0 or shifting != 0
     strained = viscosity == NEWTONIAN
@@ -75,12 +85,13 @@ def compiled_sweep(
         strain_rate,
     ):
         cell_size, shape = grid
-        reach2 = cell_size * cell_size
         h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h, gamma, viscosity_mu = numbers
         stride = cells_per_column(shape)
-        most = most_candidates(tags, starts, first_cell, last_cell, strips, stride, shape)
-        scratch = np.empty((scratch_rows, (most // PADDING + 1) * PADDING), real)
-        chosen = np.empty(scratch.shape[1], np.int64)
+        room = most_candidates(starts, first_cell, last_cell, block, strips, stride, shape) + padding
+        scratch = np.empty((scratch_rows, room), real)
+        densities, pressures = np.empty(room), np.empty(room)
+        chosen, places = np.empty(room, np.uint32), np.empty(room, np.uint32)
+        ends = np.empty((block + 2) * LAYERS + 4, np.int64)
         xs, ys, zs = scratch[0], scratch[1], scratch[2]
         us, vs, ws = scratch[3], scratch[4], scratch[5]
         ms, Ps, Vs, ss, Vols, hs = scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11]
@@ -101,51 +112,38 @@ def compiled_sweep(
         c0_over_h = 1.0 / (h * np.sqrt(inverse_c2))
 
         for cell in range(first_cell, last_cell):
-            begin, end = starts[cell], starts[cell + 1]
-            if not tags_begin_with_fluid(tags, starts, cell):
+            cells = cells_of_block(cell, block, shape)
+            begin, end = starts[cell], starts[cell + cells]
+            middle, extent = fluid_box(rows, tags, begin, end, dim)
+            if extent[0] < 0.0:
                 continue
-            (cx, cy, cz), extent = fluid_box(rows, tags, begin, end, dim)
-            count, own = choose_candidates(
-                rows, starts, cell, strips, stride, shape, (cx, cy, cz), extent, reach2, chosen, begin
+            lowest = middle[dim - 1] - extent[dim - 1] - cell_size
+            count, own = order_by_layer(
+                rows, starts, cell, cells, strips, stride, shape, lowest, cell_size, chosen, places, ends
             )
+            cx, cy, cz = middle
 
             # what pairs need of them, into the scratch
-            for o in range(count):
-                j = chosen[o]
-                x = rows[j, 0] - cx
-                hydrostatic = gravity[0] * x
-                xs[o] = x
+            for k in range(count):
+                j, o = chosen[k], places[k]
+                xs[o] = rows[j, 0] - cx
                 us[o] = rows[j, dim]
                 if dim > 1:
-                    y = rows[j, 1] - cy
-                    hydrostatic += gravity[1] * y
-                    ys[o] = y
+                    ys[o] = rows[j, 1] - cy
                     vs[o] = rows[j, dim + 1]
                 if dim > 2:
-                    z = rows[j, 2] - cz
-                    hydrostatic += gravity[2] * z
-                    zs[o] = z
+                    zs[o] = rows[j, 2] - cz
                     ws[o] = rows[j, dim + 2]
-                density = rows[j, 2 * dim]
-                mass = rows[j, 2 * dim + 2]
-                inverse = 1.0 / density
-                ms[o] = mass
-                Ps[o] = rows[j, 2 * dim + 1] * inverse * inverse
-                Vs[o] = inverse
-                if diffusion != 0:
-                    ss[o] = diffusing_density(diffusion, density - rho0, rho0, gamma, rho0 * inverse_c2 * hydrostatic)
-                    Vols[o] = mass * inverse
+                densities[o], pressures[o], ms[o] = rows[j, 2 * dim], rows[j, 2 * dim + 1], rows[j, 2 * dim + 2]
                 if strained:
-                    Vols[o] = mass * inverse
-                    scale = viscosity_mu * inverse * inverse
-                    Qxx[o] = scale * rows[j, carried]
+                    Qxx[o] = rows[j, carried]
                     if dim > 1:
-                        Qxy[o] = scale * rows[j, carried + 1]
-                        Qyy[o] = scale * rows[j, carried + dim]
+                        Qxy[o] = rows[j, carried + 1]
+                        Qyy[o] = rows[j, carried + dim]
                     if dim > 2:
-                        Qxz[o] = scale * rows[j, carried + 2]
-                        Qyz[o] = scale * rows[j, carried + 4]
-                        Qzz[o] = scale * rows[j, carried + 5]
+                        Qxz[o] = rows[j, carried + 2]
+                        Qyz[o] = rows[j, carried + 4]
+                        Qzz[o] = rows[j, carried + 5]
                 if smoothed:
                     sus[o] = rows[j, carried_smoothing]
                     if dim > 1:
@@ -158,42 +156,39 @@ def compiled_sweep(
                         gys[o] = 0.5 * gradients[j, 1]
                     if dim > 2:
                         gzs[o] = 0.5 * gradients[j, 2]
-                if variable_h:
-                    hs[o] = min(max(h_over_dx * mass * inverse, h), longest_h)
-            padded = (count + PADDING - 1) // PADDING * PADDING
-            for o in range(count, padded):
-                xs[o] = FAR * cell_size
-                ys[o] = 0.0
-                zs[o] = 0.0
-                us[o] = 0.0
-                vs[o] = 0.0
-                ws[o] = 0.0
-                ms[o] = 0.0
-                Ps[o] = 0.0
-                Vs[o] = 0.0
-                ss[o] = 0.0
-                Vols[o] = 0.0
-                gxs[o] = 0.0
-                gys[o] = 0.0
-                gzs[o] = 0.0
-                hs[o] = h
+            for o in range(count):  # apart from the copies, so that vectors do it
+                density = densities[o]
+                inverse = 1.0 / density
+                Ps[o] = pressures[o] * inverse * inverse
+                Vs[o] = inverse
+                if diffusion != 0:
+                    hydrostatic = gravity[0] * xs[o]
+                    if dim > 1:
+                        hydrostatic += gravity[1] * ys[o]
+                    if dim > 2:
+                        hydrostatic += gravity[2] * zs[o]
+                    ss[o] = diffusing_density(diffusion, density - rho0, rho0, gamma, rho0 * inverse_c2 * hydrostatic)
+                if diffusion != 0 or strained:
+                    Vols[o] = ms[o] * inverse
                 if strained:
-                    Qxx[o] = 0.0
-                    Qxy[o] = 0.0
-                    Qxz[o] = 0.0
-                    Qyy[o] = 0.0
-                    Qyz[o] = 0.0
-                    Qzz[o] = 0.0
-                if smoothed:
-                    sus[o] = 0.0
-                    svs[o] = 0.0
-                    sws[o] = 0.0
+                    scale = viscosity_mu * inverse * inverse
+                    for row in range(first_strain, first_strain + STRAINS):
+                        scratch[row, o] *= scale
+                if variable_h:
+                    hs[o] = min(max(h_over_dx * ms[o] * inverse, h), longest_h)
+            for row in range(scratch_rows):
+                for o in range(count, count + padding):
+                    scratch[row, o] = 0.0
+            for o in range(count, count + padding):
+                xs[o] = FAR * cell_size
 
             # one particle's sums at a time
             for i in range(begin, end):
                 if tags[i] >= FIRST_GHOST:
-                    break
-                o = own + i - begin
+                    continue
+                o = places[own + i - begin]
+                first, last = within_reach(rows[i, dim - 1], lowest, cell_size, ends)
+                padded = (last - first + padding - 1) // padding * padding
                 x, y, z = xs[o], ys[o], zs[o]
                 u, v, w = us[o], vs[o], ws[o]
                 P, V, s = Ps[o], Vs[o], ss[o]
@@ -224,7 +219,8 @@ def compiled_sweep(
                         alpha_z = real(coefficients[i, 3])
                         beta_z, beta_xz = real(h2 * coefficients[i, 3]), real(h2 * coefficients[i, 6])
                         beta_yz, beta_zz = real(h2 * coefficients[i, 8]), real(h2 * coefficients[i, 9])
-                for j in range(padded):
+                for k in range(padded):
+                    j = np.uint64(first + k)
                     dx = x - xs[j]
                     du = u - us[j]
                     r2 = dx * dx

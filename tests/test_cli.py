@@ -219,7 +219,9 @@ def test_bench_writes_its_table(tmp_path):
     for row in rows:
         assert {"sweep", "step", "plain", "particles", "h_over_dx", "precision"} <= set(row)
         assert min(row["sweep"], row["step"], row["plain"]) > 0
+        assert row["step_over_plain"] == pytest.approx(row["step"] / row["plain"])
     assert {row["precision"] for row in rows} == {"float64", "float32"}
+    assert {row["h_over_dx"] for row in rows if row["terms"] == "dam break"} == {1.3, 2.0}
     assert 0 < fixed["fixed cost of a step [s]"] < 0.1
     assert 0 < fixed["layer over step"] < 0.5
     assert (

@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 from helpers import domain_of
 
-from parsph.columns import Grid, cell_of, order_by_cell
+from parsph.columns import (
+    LAYERS,
+    Grid,
+    candidates,
+    cell_of,
+    cells_of_block,
+    cells_per_column,
+    order_by_cell,
+    order_by_layer,
+    within_reach,
+)
 from parsph.errors import RunError
 from parsph.particles import FIRST_GHOST
 
@@ -99,6 +109,50 @@ def test_cells_of_one_column_follow_each_other():
     for k, row in enumerate(rows):
         column = cell_of(rows, k, grid.low, 1 / grid.cell, grid.shape) // grid.stride
         assert column == grid.column_of(row[0])
+
+
+@pytest.mark.parametrize("shape", [(9,), (5, 12), (4, 5, 10)])
+@pytest.mark.parametrize("most", [1, 8])
+def test_blocks_hold_each_cell_but_those_of_the_margin_once(shape, most):
+    held = np.zeros(np.prod(shape), int)
+    for cell in range(len(held)):
+        held[cell : cell + cells_of_block(cell, most, shape)] += 1
+    inner = np.ones(shape, int)
+    if len(shape) > 1:
+        inner[..., [0, -1]] = 0
+    assert (held == inner.ravel()).all()
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_what_is_within_reach_of_a_height_stands_together(dim):
+    grid = Grid.around((0.0,) * dim, (1.0,) * dim, 0.13)
+    rows = np.random.default_rng(dim).uniform(0.0, 1.0, (600, dim))
+    cells = np.array([cell_of(rows, k, grid.low, 1 / grid.cell, grid.shape) for k in range(len(rows))])
+    order = np.argsort(cells, kind="stable")
+    rows, starts = rows[order], np.searchsorted(cells[order], np.arange(np.prod(grid.shape) + 1))
+    strips, stride, most = 3 ** (dim - 1), cells_per_column(grid.shape), 1 if dim == 1 else 4
+    chosen, places, ends = np.empty(1000, np.uint32), np.empty(1000, np.uint32), np.empty((most + 2) * LAYERS + 4, int)
+    seen = 0
+    for cell in range(stride, len(starts) - 1 - stride):
+        n = cells_of_block(cell, most, grid.shape)
+        heights = rows[starts[cell] : starts[cell + n], -1]
+        if not len(heights):
+            continue
+        around = cell, n, strips, stride, grid.shape
+        lowest = heights.min() - grid.cell
+        count, own = order_by_layer(rows, starts, *around, lowest, grid.cell, chosen, places, ends)
+        assert count == candidates(starts, *around)
+        assert sorted(places[:count]) == list(range(count))
+        for k, height in enumerate(heights):
+            assert chosen[own + k] == starts[cell] + k
+            first, last = within_reach(height, lowest, grid.cell, ends)
+            near = np.abs(rows[chosen[:count], -1] - height) < grid.cell
+            inside = (places[:count] >= first) & (places[:count] < last)
+            assert not (near & ~inside).any()
+            apart = np.abs(rows[chosen[:count], -1] - height)[inside]
+            assert (apart < grid.cell * (1 + 1.01 / LAYERS)).all() or height - heights.min() < grid.cell / LAYERS
+            seen += 1
+    assert seen == len(rows)
 
 
 @pytest.mark.parametrize("place", [np.nan, np.inf, 99.0, -99.0])

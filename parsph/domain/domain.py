@@ -281,7 +281,8 @@ class Domain:
         np.cumsum(before[:-1], out=starts[1:stride])
         np.cumsum(after, out=starts[-stride:])
         starts[-stride:] += first + owned
-        gather_rows(p.order, owned, p.shared, p.private, p.tags, *p.spare, first)
+        columns = (tuple(range(p.layout.width(part))) for part in ("shared", "private"))
+        gather_rows(p.order, owned, p.shared, p.private, p.tags, *p.spare, first, *columns)
         p.swap(first, first + owned)
         p.tags[:first] = FIRST_GHOST  # halos are nobody's targets
         p.tags[first + owned : starts[-1]] = FIRST_GHOST

@@ -239,7 +239,7 @@ def compiled_interpolation(dim, kernel, method):
         stride = cells_per_column(shape)
         most = 0
         for k in range(len(points)):
-            most = max(most, candidates(starts, cells[k], strips, stride, shape))
+            most = max(most, candidates(starts, cells[k], 1, strips, stride, shape))
         around = np.zeros((first_weight + 1, (most // PADDING + 1) * PADDING))
         pressures, heads, volumes = around[first_pressure], around[first_head], around[first_volume]
         kernels, weights = around[VW], around[first_weight]
