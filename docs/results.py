@@ -57,10 +57,9 @@ def _accuracy(rows, figures):
 def _figures(rows, cost, folder):
     lines = []
     for name in work_precision.CASES:
-        drawing, caption = work_precision.draw(rows, name, cost)
         if folder is not None:
-            viz.save(drawing, folder / f"{name}-{cost}.png")
-        lines += [f"![{caption}](figures/{name}-{cost}.png)", ""]
+            viz.save(work_precision.draw(rows, name, cost), folder / f"{name}-{cost}.png")
+        lines += [f"![{work_precision.caption_of(rows, name, cost)}](figures/{name}-{cost}.png)", ""]
     return lines
 
 

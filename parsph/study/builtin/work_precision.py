@@ -163,8 +163,8 @@ def report(table, folder):
         lines += ["", f"## {case.title}", "", f"`{case.metric}` [%]: {case.reference}.", ""]
         lines += table.markdown(["numerics", "per", "status", "reached", case.metric, *COLUMNS], rows)
         for cost in COSTS:
-            drawing, caption = draw(table.rows, name, cost)
-            figure(lines, folder, f"{name}-{cost}", caption, drawing)
+            caption = caption_of(table.rows, name, cost)
+            figure(lines, folder, f"{name}-{cost}", caption, draw(table.rows, name, cost))
     return lines
 
 
@@ -220,15 +220,23 @@ def changes(rows):
     return markdown(list(told[0]), told)
 
 
+def caption_of(rows, name, cost):
+    """Return the caption of `draw`."""
+    ranks = next((f"{row['ranks']:.0f} rank(s); " for row in _finished(rows, name)), "")
+    return f"{CASES[name].title}: {CASES[name].metric} against {cost}; {ranks}labels: {PER}"
+
+
 def draw(rows, name, cost):
-    """Return figure and caption of the error of a flow against "work" or "wall", with the Pareto front."""
-    case, own = CASES[name], [row for row in rows_of(rows, name) if row["status"] == FINISHED]
-    points = []
-    for row in own:
+    """Return the figure of the error of a flow against "work" or "wall", with the Pareto front."""
+    case, points = CASES[name], []
+    for row in _finished(rows, name):
         changed = row["group"].endswith(CHANGED)
         label = f"{row['numerics']}: {row['per']}" if changed else row["per"]
         points.append((label, row[cost], abs(row[case.metric]), "standard with one change" if changed else row["numerics"]))
     drawing, ax = viz.figure(size=(7.2, 4.8))
     viz.error_against_cost(ax, points, COSTS[cost], f"{case.metric} [%]")
-    ranks = f"{own[0]['ranks']:.0f} rank(s); " if own else ""
-    return drawing, f"{case.title}: {case.metric} against {cost}; {ranks}labels: {PER}"
+    return drawing
+
+
+def _finished(rows, name):
+    return [row for row in rows_of(rows, name) if row["status"] == FINISHED]
