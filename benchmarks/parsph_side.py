@@ -43,13 +43,7 @@ def drop(per_radius, method):
 
 
 class ParsphFlow:
-    """A scene of parsph on one core, without output.
-
-    Parameters
-    ----------
-    settings : dict
-        "case", and "dx" [m] of the dam break or "per radius", particles, and "method" of the drop.
-    """
+    """A scene of parsph on one core, without output, of the settings that `serving.serve` tells."""
 
     def __init__(self, settings):
         dam = settings["case"] == "dam break"

@@ -27,13 +27,7 @@ class WideDrop(elliptical_drop.EllipticalDrop):
 
 
 class PySPHFlow:
-    """An example of PySPH on one core, without OpenMP and without output.
-
-    Parameters
-    ----------
-    settings : dict
-        "case", and "dx" [m] of the dam break or "per radius", particles, and "method" of the drop.
-    """
+    """An example of PySPH on one core, without OpenMP and without output, of the settings that `serving.serve` tells."""
 
     def __init__(self, settings):
         dam = settings["case"] == "dam break"

@@ -31,7 +31,8 @@ def serve(make):
     Parameters
     ----------
     make : callable
-        Called with the settings of the first argument of the command line, an object in JSON; returns the flow, with
+        Called with the settings of the first argument of the command line, an object in JSON: "case", and "dx" [m] of the dam
+        break or "per radius", particles, and "method" of the drop. Returns the flow, with
 
         - `advance(time)`, which goes on to `time` [s];
         - `evaluations`, how often all rates have been worked out;
