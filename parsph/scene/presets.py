@@ -8,7 +8,7 @@ PRESETS = {
     "draft": {
         "kernel": "wendland-c2",
         "h_over_dx": 1.5,
-        "c0_factor": 10.0,
+        "c0_factor": 8.0,
         "integrator": "verlet",
         "density": "continuity",
         "diffusion": "fourtakas",
@@ -33,7 +33,7 @@ PRESETS = {
         "density": "renormalised",
         "diffusion": "fourtakas",
         "delta": 0.04,
-        "precision": "float64",
+        "precision": "float32",
     },
 }
 GOVERNED = tuple(dict.fromkeys(key for preset in PRESETS.values() for key in preset))  # keys of `numerics`

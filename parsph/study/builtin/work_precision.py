@@ -227,11 +227,13 @@ def caption_of(rows, name, cost):
 
 
 def draw(rows, name, cost):
-    """Return the figure of the error of a flow against "work" or "wall", with the Pareto front."""
-    case, points = CASES[name], []
-    for row in _finished(rows, name):
+    """Return the figure of the error of a flow against "work" or "wall", with the Pareto front; changes on it are named."""
+    case, rows = CASES[name], _finished(rows, name)
+    best = viz.pareto([row[cost] for row in rows], [abs(row[case.metric]) for row in rows])
+    points = []
+    for number, row in enumerate(rows):
         changed = row["group"].endswith(CHANGED)
-        label = f"{row['numerics']}: {row['per']}" if changed else row["per"]
+        label = f"{row['numerics']}: {row['per']}" * (number in best) if changed else row["per"]
         points.append((label, row[cost], abs(row[case.metric]), "standard with one change" if changed else row["numerics"]))
     drawing, ax = viz.figure(size=(7.2, 4.8))
     viz.error_against_cost(ax, points, COSTS[cost], f"{case.metric} [%]")
