@@ -20,7 +20,6 @@ TABLES = {  # in the folder tables: what writes them
     "work-precision-2-ranks.csv": "parsph study work-precision --quick --ranks 2",
     "verify.json": "parsph verify CASE ... --json FILE",
     "bench.json": "parsph bench --json FILE",
-    "peers.json": "python benchmarks/against_pysph.py --python PYTHON --out DIR",
 }
 MILLION = 1e6
 
@@ -35,7 +34,7 @@ def page(figures=None):
         "of two shared cores of an AMD EPYC (Zen 3, 2.4 GHz, AVX2), so ratios count more than times.",
         "",
     ]
-    parts = _accuracy(serial, figures), _two_ranks(serial, parallel, figures), _cases(), _stability(), _speed(), _peers()
+    parts = _accuracy(serial, figures), _two_ranks(serial, parallel, figures), _cases(), _stability(), _speed()
     return "\n".join([*head, *(line for part in parts for line in part)])
 
 
@@ -46,7 +45,7 @@ def _accuracy(rows, figures):
     flows = [f"- {case.title}, `{case.scene}`: {case.reference}." for case in work_precision.CASES.values()]
     lines = ["## What accuracy costs", "", f"`{TABLES['work-precision.csv']}`. The presets, all with {alike}:", ""]
     lines += [*markdown(["preset", *differing], told), "", "What errors are of, and against what:", "", *flows, ""]
-    lines += ["Error, and CPU time of all steps:", "", *work_precision.presets(rows), ""]
+    lines += ["Error, and CPU time of all steps (none: the run failed):", "", *work_precision.presets(rows), ""]
     lines += ["Error and cost over those of `draft` at the same spacing: `standard`, and `draft` with half the spacing:", ""]
     lines += [*work_precision.halving(rows), ""]
     lines += ["Error and cost over those of `standard`, one change at a time, second finest resolution of each flow:", ""]
@@ -64,21 +63,16 @@ def _figures(rows, cost, folder):
 
 
 def _two_ranks(serial, parallel, figures):
-    """Wall times of the presets' rows on one rank and on two."""
+    """Times of the presets' rows on one rank and on two, and whether they have the same errors."""
     alone, told = {row["row"]: row for row in serial}, []
     for row in parallel:
         one, case = alone[row["row"]], work_precision.CASES[row["group"]]
         if math.isnan(row[case.metric]):
             continue
         what = {"flow": case.title, work_precision.PER: row["per"], "preset": row["numerics"], "particles": row["particles"]}
-        times = {"1 rank [s]": one["wall"], "2 ranks [s]": row["wall"], "speed-up": one["wall"] / row["wall"]}
+        times = {"1 rank, CPU [s]": one["work"], "2 ranks, CPU [s]": row["work"], "2 ranks, wall [s]": row["wall"]}
         told.append({**what, **times, "error": "the same" if row[case.metric] == one[case.metric] else "NOT THE SAME"})
-    lines = [
-        "## On two ranks",
-        "",
-        f"`{TABLES['work-precision-2-ranks.csv']}`. Wall time of runs, and whether errors differ:",
-        "",
-    ]
+    lines = ["## On two ranks", "", f"`{TABLES['work-precision-2-ranks.csv']}`. CPU time of all steps, wall time of all:", ""]
     return [*lines, *markdown(list(told[0]), told), "", *_figures(parallel, "wall", figures)]
 
 
@@ -114,31 +108,8 @@ def _speed():
     ]
     what = "Million evaluations per second on one core, 2D: a textbook loop (plain), the neighbour loop (sweep), a whole step."
     lines = ["## Speed", "", f"`{TABLES['bench.json']}`. {what}", ""]
-    columns = [key for key in told[0] if key not in ("step_over_sweep", "bytes_per_particle")]
+    columns = ["terms", "h_over_dx", "precision", *rates, "sweep_over_plain", "step_over_plain"]
     return [*lines, *markdown(columns, told), ""]
-
-
-def _peers():
-    found = _json("peers.json")
-    versions = ", ".join(f"{name} {version}" for name, version in found["versions"]["PySPH"].items())
-    lines = [
-        "## Beside PySPH",
-        "",
-        f"`{TABLES['peers.json']}`. {versions}. One core each, in turns, the fastest of repeats:",
-        "",
-    ]
-    rows = [row | {"parsph/PySPH": row["parsph"] / row["PySPH"]} for row in found["rows"]]
-    lines += [*markdown(["quantity", "unit", "parsph", "PySPH", "parsph/PySPH"], rows), ""]
-    lines += ["A stretching drop at A t = 0.75, largest error of a half axis, and that of parsph at the same cost:", ""]
-    own = [row for row in found["drop"] if row["series"].startswith("parsph")]
-    told = [{"series": row["series"], **_of_drop(row), "parsph's error [%]": ""} for row in own]
-    for row in found["equal cost"]:
-        told.append({"series": row["series"], **_of_drop(row), "parsph's error [%]": 100.0 * row["parsph's error"]})
-    return [*lines, *markdown(list(told[0]), told), "", *(f"- {text}" for text in found["differences"]), ""]
-
-
-def _of_drop(row):
-    return {"per radius": row["per radius"], "CPU [s]": row["cost"], "error [%]": 100.0 * row["error"]}
 
 
 def _json(name):

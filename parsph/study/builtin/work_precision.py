@@ -187,7 +187,7 @@ def presets(rows):
             entry = {"flow": case.title, PER: per}
             for preset in PRESETS:
                 row = _row(rows, name, preset, per)
-                entry[preset] = f"{row[case.metric]:+.2g} %, {row['work']:.3g} s" if row else "none"
+                entry[preset] = f"{row[case.metric]:+.3g} %, {row['work']:.3g} s" if row else "none"
             told.append(entry)
     return markdown(list(told[0]), told)
 
@@ -198,11 +198,11 @@ def halving(rows):
     for name, case in CASES.items():
         for per in case.spacings:
             draft, *others = (_row(rows, name, *of) for of in ((DRAFT, per), (STANDARD, per), (DRAFT, str(2 * int(per)))))
-            if draft is None or None in others:
+            if draft is None:
                 continue
-            ratios = [abs(other[key] / draft[key]) for other in others for key in (case.metric, "work")]
+            ratios = [abs(row[key] / draft[key]) if row else math.nan for row in others for key in (case.metric, "work")]
             told.append(dict(zip(("flow", PER, *HALVING), (case.title, per, *ratios), strict=True)))
-    return markdown(list(told[0]), told) if told else ["No flow has all rows that this takes."]
+    return markdown(list(told[0]), told) if told else ["No draft has finished."]
 
 
 def changes(rows):
