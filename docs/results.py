@@ -72,7 +72,8 @@ def _two_ranks(serial, parallel, figures):
         what = {"flow": case.title, work_precision.PER: row["per"], "preset": row["numerics"], "particles": row["particles"]}
         times = {"1 rank, CPU [s]": one["work"], "2 ranks, CPU [s]": row["work"], "2 ranks, wall [s]": row["wall"]}
         told.append({**what, **times, "error": "the same" if row[case.metric] == one[case.metric] else "NOT THE SAME"})
-    lines = ["## On two ranks", "", f"`{TABLES['work-precision-2-ranks.csv']}`. CPU time of all steps, wall time of all:", ""]
+    what = "CPU time of all steps, and wall time of all; rows that failed or have too few columns for two ranks are left out:"
+    lines = ["## On two ranks", "", f"`{TABLES['work-precision-2-ranks.csv']}`. {what}", ""]
     return [*lines, *markdown(list(told[0]), told), "", *_figures(parallel, "wall", figures)]
 
 
