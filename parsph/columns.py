@@ -237,6 +237,10 @@ def cells_of_block(cell, most, shape):
     """
     if len(shape) == 1:
         return 1
+    if len(shape) == 3:
+        row = cell // shape[-1] % shape[1]
+        if row == 0 or row == shape[1] - 1:
+            return 0
     place = cell % shape[-1] - 1
     return min(most, shape[-1] - 2 - place) if place >= 0 and place % most == 0 else 0
 

@@ -760,7 +760,7 @@ def test_no_particle_is_seen_behind_a_wall():
         "walls.treatment": "mirror-plain",
         "numerics.diffusion": "none",
         "fluid.blocks.0.amplitude": 0.02,
-        "time.end": 0.4,
+        "time.end": 0.3,
         "numerics.density_range": [0.3, 2.0],
     }
     simulation = build(load_scene("seiche", overrides))

@@ -118,8 +118,8 @@ def test_blocks_hold_each_cell_but_those_of_the_margin_once(shape, most):
     for cell in range(len(held)):
         held[cell : cell + cells_of_block(cell, most, shape)] += 1
     inner = np.ones(shape, int)
-    if len(shape) > 1:
-        inner[..., [0, -1]] = 0
+    for axis in range(1, len(shape)):
+        inner.swapaxes(0, axis)[[0, -1]] = 0
     assert (held == inner.ravel()).all()
 
 

@@ -265,6 +265,10 @@ def test_every_metric_is_described():
     named = {
         "reflection",
         "incident",
+        "wave-error",
+        "runup-error",
+        "axes-error",
+        "energy-change",
         "level-difference",
         "energy-difference",
         "energy-excess",
