@@ -10,7 +10,7 @@ from pathlib import Path
 from parsph import viz
 from parsph.scene.presets import GOVERNED, PRESETS
 from parsph.scene.stability import measured_map
-from parsph.stability import condensed
+from parsph.stability import tabulated
 from parsph.study.builtin import work_precision
 from parsph.study.table import markdown, read_rows
 
@@ -88,25 +88,15 @@ def _cases():
 
 def _stability():
     lines = ["## Stability", "", "`parsph stability`. Largest stable CFL, the smallest and the largest of all viscosities.", ""]
-    for scheme, rows in condensed(measured_map()).items():
-        columns, told = sorted({h for limits in rows.values() for h in limits}), []
-        for diffusion, limits in rows.items():
-            ends = {h: sorted({min(limits[h]), max(limits[h])}) if h in limits else () for h in columns}
-            told.append({"diffusion": diffusion} | {f"h/dx {h:g}": "-".join(f"{end:.3g}" for end in ends[h]) for h in columns})
-        lines += [f"{', '.join(scheme)}:", "", *markdown(list(told[0]), told), ""]
+    for scheme, rows in tabulated(measured_map()).items():
+        lines += [f"{', '.join(scheme)}:", "", *markdown(list(rows[0]), rows), ""]
     return lines
 
 
 def _speed():
     rows = [row for row in _json("bench.json") if "sweep" in row]
     rates = "plain", "sweep", "step"
-    told = [
-        {
-            **{key: f"{value / MILLION:.2f}" if key in rates else value for key, value in row.items()},
-            "step_over_plain": row["step"] / row["plain"],
-        }
-        for row in rows
-    ]
+    told = [row | {rate: f"{row[rate] / MILLION:.2f}" for rate in rates} for row in rows]
     what = "Million evaluations per second on one core, 2D: a textbook loop (plain), the neighbour loop (sweep), a whole step."
     lines = ["## Speed", "", f"`{TABLES['bench.json']}`. {what}", ""]
     columns = ["terms", "h_over_dx", "precision", *rates, "sweep_over_plain", "step_over_plain"]

@@ -310,6 +310,12 @@ def layer_of(height, lowest, reach, most):
 
 
 @jit
+def ends_of_layers(block):
+    """Return room for the ends of all layers around a block of up to so many cells, whose neighbours reach a cell further."""
+    return np.empty((block + 2) * LAYERS + 4, np.int64)
+
+
+@jit
 def order_by_layer(rows, starts, cell, cells, strips, stride, shape, lowest, reach, chosen, places, ends):
     """Write to `chosen` the rows around the block of `cells` from `cell` on, to `places` where each stands if ordered by layer.
 

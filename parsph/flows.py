@@ -96,6 +96,13 @@ class StretchingDrop(Patch):
         x, y = ((np.asarray(position) - self.middle) / axes).T
         return self.rho0 * self.rate**2 / (axes**-2.0).sum() * (1 - x**2 - y**2)
 
+    def half_axes(self, position):
+        """Return the half axes [m], shape (2,), of the upright ellipse with the second moments of particles at positions [m].
+
+        They are twice the RMS of what the particles, shape (n, 2), are off the middle.
+        """
+        return 2 * np.sqrt(((np.asarray(position) - self.middle) ** 2).mean(axis=0))
+
     def at(self, time):
         """Return rate A [1/s] and half axes a, b [m] at `time` [s].
 

@@ -12,10 +12,10 @@ import numpy as np
 from .columns import (
     BLOCKS,
     FAR,
-    LAYERS,
     cells_of_block,
     cells_per_column,
     choose_candidates,
+    ends_of_layers,
     fluid_box,
     most_candidates,
     order_by_layer,
@@ -53,7 +53,7 @@ def compiled_gradients(dim, kernel, diffusion):
         room = most_candidates(starts, first_cell, last_cell, block, strips, stride, shape) + padding
         scratch = np.empty((5, room), real)
         chosen, places = np.empty(room, np.uint32), np.empty(room, np.uint32)
-        ends = np.empty((block + 2) * LAYERS + 4, np.int64)
+        ends = ends_of_layers(block)
         xs, ys, zs, ss, Vols = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
         inverse_h, slope_norm = real(1.0 / h), norm / h ** (dim + 2)
         for cell in range(first_cell, last_cell):

@@ -264,14 +264,23 @@ def condensed(found):
     return schemes
 
 
-def _print(found):
-    columns = sorted({cell.h_over_dx for cell in found})
+def tabulated(found):
+    """Return {(integrator, density): rows}, dicts of text: smallest and largest limit of all viscosities at each h/dx."""
+    columns, tables = sorted({cell.h_over_dx for cell in found}), {}
     for scheme, rows in condensed(found).items():
-        title = f"{', '.join(scheme)}: largest stable CFL, of all viscosities"
-        table = Table("diffusion", *(f"h/dx {h:g}" for h in columns), title=title, title_justify="left", pad_edge=False)
         for diffusion, limits in rows.items():
-            ends = (sorted({min(limits[h]), max(limits[h])}) if h in limits else () for h in columns)
-            table.add_row(diffusion, *("-".join(f"{end:.3g}" for end in both) for both in ends))
+            ends = {h: sorted({min(limits[h]), max(limits[h])}) if h in limits else () for h in columns}
+            told = {f"h/dx {h:g}": "-".join(f"{end:.3g}" for end in ends[h]) for h in columns}
+            tables.setdefault(scheme, []).append({"diffusion": diffusion, **told})
+    return tables
+
+
+def _print(found):
+    for scheme, rows in tabulated(found).items():
+        title = f"{', '.join(scheme)}: largest stable CFL, of all viscosities"
+        table = Table(*rows[0], title=title, title_justify="left", pad_edge=False)
+        for row in rows:
+            table.add_row(*row.values())
         console().print(table)
 
 

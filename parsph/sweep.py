@@ -16,9 +16,9 @@ import numpy as np
 from .columns import (
     BLOCKS,
     FAR,
-    LAYERS,
     cells_of_block,
     cells_per_column,
+    ends_of_layers,
     fluid_box,
     most_candidates,
     order_by_layer,
@@ -91,7 +91,7 @@ def compiled_sweep(
         scratch = np.empty((scratch_rows, room), real)
         densities, pressures = np.empty(room), np.empty(room)
         chosen, places = np.empty(room, np.uint32), np.empty(room, np.uint32)
-        ends = np.empty((block + 2) * LAYERS + 4, np.int64)
+        ends = ends_of_layers(block)
         xs, ys, zs = scratch[0], scratch[1], scratch[2]
         us, vs, ws = scratch[3], scratch[4], scratch[5]
         ms, Ps, Vs, ss, Vols, hs = scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11]

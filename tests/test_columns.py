@@ -11,6 +11,7 @@ from parsph.columns import (
     cell_of,
     cells_of_block,
     cells_per_column,
+    ends_of_layers,
     order_by_cell,
     order_by_layer,
     within_reach,
@@ -131,7 +132,7 @@ def test_what_is_within_reach_of_a_height_stands_together(dim):
     order = np.argsort(cells, kind="stable")
     rows, starts = rows[order], np.searchsorted(cells[order], np.arange(np.prod(grid.shape) + 1))
     strips, stride, most = 3 ** (dim - 1), cells_per_column(grid.shape), 1 if dim == 1 else 4
-    chosen, places, ends = np.empty(1000, np.uint32), np.empty(1000, np.uint32), np.empty((most + 2) * LAYERS + 4, int)
+    chosen, places, ends = np.empty(1000, np.uint32), np.empty(1000, np.uint32), ends_of_layers(most)
     seen = 0
     for cell in range(stride, len(starts) - 1 - stride):
         n = cells_of_block(cell, most, grid.shape)

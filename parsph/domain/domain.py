@@ -281,7 +281,7 @@ class Domain:
         np.cumsum(before[:-1], out=starts[1:stride])
         np.cumsum(after, out=starts[-stride:])
         starts[-stride:] += first + owned
-        columns = (tuple(range(p.layout.width(part))) for part in ("shared", "private"))
+        columns = (tuple(range(rows.shape[1])) for rows in (p.shared, p.private))
         gather_rows(p.order, owned, p.shared, p.private, p.tags, *p.spare, first, *columns)
         p.swap(first, first + owned)
         p.tags[:first] = FIRST_GHOST  # halos are nobody's targets

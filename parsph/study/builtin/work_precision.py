@@ -13,13 +13,11 @@ from ..declare import Group, Study
 from ..report import figure
 from ..runner import FINISHED
 from ..table import markdown
+from .wall_treatments import ENERGY, PERIOD, TRANSDUCER
 
-PERIOD = 0.507  # of the seiche [s]
 WAVE_PERIOD = 1.626  # of the regular waves [s]
-ENERGY = {"kind": "energy", "every": 0.02}
 LEVELS = [{"kind": "level", "x": x, "every": 0.02} for x in (1.5, 2.3, 3.1, 4.2, 5.3, 6.4, 7.5)]
 RUNUP = {"kind": "runup", "wall": "right", "every": 0.005}
-TRANSDUCER = {"kind": "pressure", "name": "P1", "point": [3.22, 0.16], "extent": [0.0, 0.09], "every": 0.002}
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,8 @@ def axes_error(results, references):
         return math.nan
     flow, shot = flow_of(scene, block), results.snapshot()
     _, *theory = flow.at(shot["time"])
-    errors = 100.0 * (half_axes(shot["position"][:, :2], flow.middle) / theory - 1.0)
+    errors = 100.0 * (flow.half_axes(shot["position"][:, :2]) / theory - 1.0)
     return float(errors[np.argmax(np.abs(errors))])
-
-
-def half_axes(position, middle):
-    """Return the half axes [m], shape (2,), of the upright ellipse with the second moments of particles: twice their RMS."""
-    return 2.0 * np.sqrt(((position - middle) ** 2).mean(axis=0))
 
 
 @metric("energy-change", "%", needs="energy")
