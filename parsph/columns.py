@@ -15,7 +15,7 @@ from .particles import FIRST_GHOST
 
 LEFT, RIGHT, DROPPED = -2, -3, -1
 LAYERS = 8  # on a support radius, along the last axis
-BLOCKS = 1, 8, 1  # cells, along the last axis, that share their candidates in 1, 2, 3 dimensions
+BLOCKS = 1, 32, 1  # cells, along the last axis, that share their candidates in 1, 2, 3 dimensions
 FAR = 1.0e4  # support radii: where particles without mass fill a scratch up; its square is far from the largest float32
 
 

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .jit import jit
+
 
 @dataclass(frozen=True)
 class Field:
@@ -64,6 +66,14 @@ FIELDS = (
         "smoothed velocity less the own, at the evaluation before",
         needed_by="xsph_continuity",
         found_in="drift",
+    ),
+    Field(
+        "density_gradient",
+        1,
+        "kg/m^4",
+        "renormalised gradient of the density that diffuses, at the evaluation before",
+        needed_by="antuono",
+        found_in="density_gradient",
     ),
     Field("start_velocity", 1, "m/s", "velocity at the beginning of the step", "private", lasting=False),
     Field("start_density", 0, "kg/m^3", "density at the beginning of the step", "private", lasting=False),
@@ -138,13 +148,18 @@ class Layout:
         """Return the first column of the field `name` in its row, -1 where this scene does not need it."""
         return self.columns(name)[1].start if name in [field.name for field in self.fields] else -1
 
+    @property
+    def carried(self):
+        """The first columns of what rows carry from one evaluation to the next: strain rate, smoothing, density gradient."""
+        return tuple(self.place(field.name) for field in FIELDS if field.found_in)
+
     def bytes_per_particle(self):
         """Return the bytes of one particle in all arrays that grow with the particles: rows twice (a sort needs
         both), tags twice, cell, order and rates.
         """
         rows = 8 * (self.width("shared") + self.width("private"))
-        strains = sum(self.components(field) for field in self.fields if field.rank == 2)
-        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.width("rate") + strains)
+        found = sum(self.components(field) for field in self.fields if field.name == field.found_in)
+        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.width("rate") + found)
 
 
 class Particles:
@@ -158,14 +173,12 @@ class Particles:
         Cell of each particle that is to be sorted.
     first, last : int
         The owned particles (ghosts included) are the rows ``first:last``.
-    gradient : ndarray, shape (capacity, dim), or (0, dim) in scenes without renormalised diffusion
-        Renormalised gradient of the diffusing density [kg/m^4]; halos have it too.
     correction : ndarray, shape (capacity, width), or (0, 0) in scenes with the plain kernel
         Coefficients of the corrected kernel, see `parsph.moments.Correction`.
     drift : ndarray, shape (capacity, dim), or (0, dim) in scenes without smoothing and shifting
         What particles move with beside their velocity [m/s].
-    strain_rate : ndarray, shape (capacity, dim (dim + 1) / 2), or (0, ...) in scenes without newtonian viscosity
-        What the sweep finds [1/s], while pairs still use that of the evaluation before, in the rows; see `carry`.
+    strain_rate, density_gradient : ndarray, shape (capacity, dim (dim + 1) / 2 or dim), or (0, ...) in scenes that need none
+        What the sweep finds [1/s, kg/m^4], while pairs still use that of the evaluation before, in the rows; see `carry`.
     summed : bool
         Whether `density_rate` holds densities: those of a scene that sums them instead of integrating.
     """
@@ -183,10 +196,9 @@ class Particles:
         self.acceleration = np.zeros((0, layout.dim))
         self.density_rate = np.zeros(0)
         self.drift = np.zeros((int(layout.place("drift") >= 0), layout.dim))
-        self.gradient = np.zeros((0, layout.dim))
         self._carried = [field for field in layout.fields if field.found_in]
-        strains = layout.dim * (layout.dim + 1) // 2
-        self.strain_rate = np.zeros((int(layout.place("strain_rate") > 0), strains))
+        for found in (field for field in FIELDS if field.name == field.found_in):
+            setattr(self, found.name, np.zeros((int(found in self._carried), layout.components(found))))
         self.correction = np.zeros((0, 0))
         self.reserve(capacity)
 
@@ -197,7 +209,7 @@ class Particles:
         capacity = room_for(capacity)
         for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
-        for name in ("drift", "gradient", "correction", "strain_rate"):
+        for name in ("drift", "correction", "strain_rate", "density_gradient"):
             if len(getattr(self, name)):
                 setattr(self, name, _enlarged(getattr(self, name), capacity))
         self._spare = {name: np.zeros_like(array) for name, array in self._spare_like().items()}
@@ -243,8 +255,7 @@ class Particles:
     def carry(self):
         """Put what the evaluation that ends found into the owned rows, where the next one looks for it."""
         for field in self._carried:
-            found = getattr(self, field.found_in)
-            self.shared[self.first : self.last, self.layout.columns(field.name)[1]] = found[self.first : self.last]
+            put_columns(getattr(self, field.found_in), self.shared, self.first, self.last, self.layout.place(field.name))
 
     def view(self, name):
         """Return all rows of the field `name`, shape (capacity, components), to be read or written."""
@@ -268,6 +279,14 @@ class Particles:
         """Return the field `name` of the given `rows`, shape (n,) or (n, dim)."""
         values = self.view(name)[rows]
         return values if values.shape[1] > 1 or self.layout.rank(name) else values[:, 0]
+
+
+@jit
+def put_columns(found, rows, first, last, column):
+    """Write the rows ``first:last`` of `found` to those of `rows`, from `column` on."""
+    for i in range(first, last):
+        for d in range(found.shape[1]):
+            rows[i, column + d] = found[i, d]
 
 
 def room_for(rows):

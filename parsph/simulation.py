@@ -35,8 +35,6 @@ class Simulation:
     cfl : float
     density_range : tuple of float
         What the density may become, over rho0 [-].
-    gradients : Gradients, optional
-        The pass before the sweep, in scenes with renormalised diffusion.
     density_filter : DensityFilter, optional
     settling : float
         How long the fluid comes to rest before t = 0 [s].
@@ -55,7 +53,6 @@ class Simulation:
         dt,
         cfl,
         density_range,
-        gradients=None,
         density_filter=None,
         settling=0.0,
         correction=None,
@@ -64,10 +61,10 @@ class Simulation:
         self.integrator, self.zones, self.end = integrator, zones, rounded(end)
         self._weakening = [zone for zone in zones if zone.weakens]
         self.fixed_dt, self.cfl = dt, cfl
-        self.gradients, self.density_filter = gradients, density_filter
+        self.density_filter = density_filter
         self.settling, self.rest_time = settling, 10.0 * sweep.h / sweep.c0
         self.correction = correction
-        self._staged = gradients is not None or correction is not None or domain.ghosts is not None
+        self._staged = correction is not None or domain.ghosts is not None
         self.density_range = tuple(factor * state.rho0 for factor in density_range)
         self.communicator = domain.communicator
         self.observers, self.movers = [], []  # movers: what decides on the ways of walls, at the end of each step
@@ -112,17 +109,10 @@ class Simulation:
         self.evaluations += 1
 
     def prepare_sweep(self):
-        """Work out what the sweep needs to know of the arranged fluid: renormalised gradients, coefficients of the kernel."""
-        particles, domain, timers = self.particles, self.domain, self.timers
-        if self.gradients:
-            with timers("gradients"):
-                self.gradients(particles, domain.starts, domain.slab)
-            if self.communicator.size > 1:
-                with timers("halo"):
-                    domain.exchange_edges(particles.gradient)
+        """Work out what the sweep needs to know of the arranged fluid: the coefficients of a corrected kernel."""
         if self.correction:
-            with timers("correction"):
-                self.correction(particles, domain.starts, domain.slab)
+            with self.timers("correction"):
+                self.correction(self.particles, self.domain.starts, self.domain.slab)
 
     def _arrange(self, time):
         """Bring pressures, order and images up to date, and begin to exchange the halos."""

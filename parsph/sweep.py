@@ -1,4 +1,6 @@
-"""The neighbour loop: every fluid particle gathers its own right-hand side.
+"""The neighbour loop: every fluid particle gathers its own right-hand side, in one pass for all terms.
+
+A term that needs sums of its neighbours too has those of the evaluation before, which rows carry.
 
 For each block of cells, one above the other, the candidates of the neighbouring strips are copied to a small scratch,
 relative to the middle of the block's fluid and in the order of thin layers across the last axis, with particles without mass
@@ -29,7 +31,7 @@ from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST
 from .terms.correction import corrected_derivative, corrected_value
 from .terms.density import RENORMALISED, SMOOTHED, SUMMATION, continuity, renormalised, summation
-from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density
+from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density, renormalised_gradient
 from .terms.momentum import pressure_pair
 from .terms.shifting import FASTEST, SUN, inside_fluid, shift_factor
 from .terms.spray import spray_rate
@@ -37,8 +39,9 @@ from .terms.tensile import tensile_excess
 from .terms.viscosity import MONAGHAN, NEWTONIAN, UNSEEN, artificial_viscosity, unseen_viscosity
 from .terms.xsph import smoothing_weight
 
-SCRATCH_ROWS = 15
-STRAINS, SMOOTHINGS = 6, 3  # further rows, in scenes that carry them from one evaluation to the next
+SCRATCH_ROWS = 12
+STRAINS, SMOOTHINGS, GRADIENTS = 6, 3, 3  # further rows, in scenes that carry them from one evaluation to the next
+FOUND = "acceleration", "density_rate", "drift", "strain_rate", "density_gradient"  # arrays of the particles that it sets
 
 
 @lru_cache
@@ -62,15 +65,18 @@ def compiled_sweep(
     crowded = tensile != 0 or shifting != 0
     strained = viscosity == NEWTONIAN
     smoothed = density_law == SMOOTHED
+    sloped = diffusion == ANTUONO
     # what rows carry begins behind the mass
     carried = 2 * dim + 3
     carried_smoothing = carried + (dim * (dim + 1) // 2 if strained else 0)
-    scratch_rows = SCRATCH_ROWS + STRAINS * strained + SMOOTHINGS * smoothed
-    first_strain, first_smoothing = SCRATCH_ROWS, SCRATCH_ROWS + STRAINS * strained
+    carried_gradient = carried_smoothing + (dim if smoothed else 0)
+    first_strain = SCRATCH_ROWS
+    first_smoothing = first_strain + STRAINS * strained
+    first_gradient = first_smoothing + SMOOTHINGS * smoothed
+    scratch_rows = first_gradient + GRADIENTS * sloped
 
     def sweep(
         rows,
-        gradients,
         coefficients,
         tags,
         starts,
@@ -83,6 +89,7 @@ def compiled_sweep(
         density_rate,
         drift,
         strain_rate,
+        density_gradient,
     ):
         cell_size, shape = grid
         h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h, gamma, viscosity_mu = numbers
@@ -95,12 +102,13 @@ def compiled_sweep(
         xs, ys, zs = scratch[0], scratch[1], scratch[2]
         us, vs, ws = scratch[3], scratch[4], scratch[5]
         ms, Ps, Vs, ss, Vols, hs = scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11]
-        gxs, gys, gzs = scratch[12], scratch[13], scratch[14]
         if strained:
             Qxx, Qxy, Qxz = scratch[first_strain], scratch[first_strain + 1], scratch[first_strain + 2]
             Qyy, Qyz, Qzz = scratch[first_strain + 3], scratch[first_strain + 4], scratch[first_strain + 5]
         if smoothed:
             sus, svs, sws = scratch[first_smoothing], scratch[first_smoothing + 1], scratch[first_smoothing + 2]
+        if sloped:
+            gxs, gys, gzs = scratch[first_gradient], scratch[first_gradient + 1], scratch[first_gradient + 2]
 
         inverse_h = real(1.0 / h)
         slope_norm = norm if variable_h else norm / h ** (dim + 2)
@@ -150,12 +158,12 @@ def compiled_sweep(
                         svs[o] = rows[j, carried_smoothing + 1]
                     if dim > 2:
                         sws[o] = rows[j, carried_smoothing + 2]
-                if diffusion == ANTUONO:  # halves: a pair takes the mean of two
-                    gxs[o] = 0.5 * gradients[j, 0]
+                if sloped:  # halves: a pair takes the mean of two
+                    gxs[o] = 0.5 * rows[j, carried_gradient]
                     if dim > 1:
-                        gys[o] = 0.5 * gradients[j, 1]
+                        gys[o] = 0.5 * rows[j, carried_gradient + 1]
                     if dim > 2:
-                        gzs[o] = 0.5 * gradients[j, 2]
+                        gzs[o] = 0.5 * rows[j, carried_gradient + 2]
             for o in range(count):  # apart from the copies, so that vectors do it
                 density = densities[o]
                 inverse = 1.0 / density
@@ -192,7 +200,6 @@ def compiled_sweep(
                 x, y, z = xs[o], ys[o], zs[o]
                 u, v, w = us[o], vs[o], ws[o]
                 P, V, s = Ps[o], Vs[o], ss[o]
-                gx, gy, gz = gxs[o], gys[o], gzs[o]
                 fx, fy, fz = real(0.0), real(0.0), real(0.0)
                 rate, diffused = real(0.0), real(0.0)
                 px, py, pz = real(0.0), real(0.0), real(0.0)
@@ -206,6 +213,10 @@ def compiled_sweep(
                     Dyy, Dyz, Dzz = real(0.0), real(0.0), real(0.0)
                 if smoothed:
                     su, sv, sw = sus[o], svs[o], sws[o]
+                if sloped:
+                    gx, gy, gz = gxs[o], gys[o], gzs[o]
+                    Lxx, Lxy, Lxz, Lyy, Lyz, Lzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+                    sx, sy, sz = real(0.0), real(0.0), real(0.0)
                 if correction != 0:  # rows of C; those of gradients over what slope_norm has more than value_norm
                     h2 = h * h
                     plain = real(coefficients[i, -1])
@@ -351,14 +362,26 @@ def compiled_sweep(
                     else:
                         rate += continuity(mF, vr)
                     if diffusion != 0:
-                        s_ab = s - ss[j]
-                        if diffusion == ANTUONO:
-                            s_ab -= (gx + gxs[j]) * dx
+                        s_ab, VF = s - ss[j], Vols[j] * F
+                        if sloped:
+                            VFx, linear = VF * dx, (gx + gxs[j]) * dx
+                            Lxx -= VFx * dx
+                            sx -= VFx * s_ab
                             if dim > 1:
-                                s_ab -= (gy + gys[j]) * dy
+                                VFy = VF * dy
+                                linear += (gy + gys[j]) * dy
+                                Lxy -= VFx * dy
+                                Lyy -= VFy * dy
+                                sy -= VFy * s_ab
                             if dim > 2:
-                                s_ab -= (gz + gzs[j]) * dz
-                        diffused += density_diffusion(diffusive, F * Vols[j], s_ab)
+                                VFz = VF * dz
+                                linear += (gz + gzs[j]) * dz
+                                Lxz -= VFx * dz
+                                Lyz -= VFy * dz
+                                Lzz -= VFz * dz
+                                sz -= VFz * s_ab
+                            s_ab -= linear
+                        diffused += density_diffusion(diffusive, VF, s_ab)
                     if crowded:
                         nx += mF * dx
                         if dim > 1:
@@ -403,6 +426,12 @@ def compiled_sweep(
                         strain_rate[i, 2] = slope_norm * Dxz
                         strain_rate[i, 4] = slope_norm * Dyz
                         strain_rate[i, 5] = slope_norm * real(2.0) * Dzz
+                if sloped:
+                    n = slope_norm
+                    L = n * Lxx, n * Lxy, n * Lxz, n * Lyy, n * Lyz, n * Lzz
+                    solved = renormalised_gradient(*L, n * sx, n * sy, n * sz, dim)
+                    for d in range(dim):
+                        density_gradient[i, d] = solved[d]
                 if smoothing != 0 or shifting != 0:
                     toward = 0.0
                     if shifting != 0:  # grad C is taken with the density of the particle itself
@@ -493,23 +522,20 @@ class Sweep:
 
     def __call__(self, particles, starts, slab, first_column, last_column):
         """Set the rates of the fluid in the local columns ``first_column:last_column`` of `slab`."""
-        p = particles
-        self._sum(p, starts, slab, first_column, last_column, (p.acceleration, p.density_rate, p.drift, p.strain_rate))
+        self._sum(particles, starts, slab, first_column, last_column, [getattr(particles, name) for name in FOUND])
 
     def rates(self, particles, starts, slab):
         """Return acceleration [m/s^2], density rate [kg/m^3/s] and drift [m/s] of the fluid of `slab`, in arrays like those of
         `particles`, which stay as they are.
         """
-        p = particles
-        arrays = [np.zeros_like(array) for array in (p.acceleration, p.density_rate, p.drift, p.strain_rate)]
-        self._sum(p, starts, slab, 1, slab.columns + 1, arrays)
+        arrays = [np.zeros_like(getattr(particles, name)) for name in FOUND]
+        self._sum(particles, starts, slab, 1, slab.columns + 1, arrays)
         return arrays[:3]
 
     def _sum(self, particles, starts, slab, first_column, last_column, rates):
         stride, grid = slab.grid.stride, slab.grid
         self.compiled(
             particles.shared,
-            particles.gradient,
             particles.correction,
             particles.tags,
             starts,

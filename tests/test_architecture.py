@@ -21,7 +21,7 @@ columns geometry wavemakers
 terms damping walls
 relaxation
 sweep
-gradients moments
+moments reinitialisation
 domain stepping
 observers
 io

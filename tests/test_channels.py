@@ -203,8 +203,8 @@ def test_viscosity_limits_the_time_step():
 
 
 def test_scenes_without_the_new_terms_have_none_of_their_fields():
-    new = {field.name for field in FIELDS if field.needed_by in ("newtonian", "xsph_continuity")}
-    assert new == {"strain_rate", "smoothing"}
+    new = {field.name for field in FIELDS if field.needed_by in ("newtonian", "xsph_continuity", "antuono")}
+    assert new == {"strain_rate", "smoothing", "density_gradient"}
     assert not new & {field.name for field in Layout(2, load_scene(tank()).features).fields}
     assert Layout(2, ("verlet",)).place("strain_rate") == -1
     assert Layout(3, ("verlet", "newtonian")).width("shared") == Layout(3, ("verlet",)).width("shared") + 6
@@ -221,12 +221,12 @@ NORMALS = [(1.0, 0.0), (0.0, -1.0), (0.6, 0.8)]
 def carried_images(fields, wall):
     """Return {field: (parents', images')} of particles beside a wall."""
     dim = fields["position"].shape[1]
-    features = ("verlet", "newtonian", "xsph_continuity")
+    features = ("verlet", "newtonian", "xsph_continuity", "antuono")
     domain = domain_of(Grid.around((-2.0,) * dim, (2.0,) * dim, 0.25), fields, [wall], features=features, reach=REACH)
     domain.arrange(0.0)
     images, parents = images_of(domain)
     assert len(images) == len(fields["position"])
-    names = ("position", "velocity", "strain_rate", "smoothing")
+    names = ("position", "velocity", "strain_rate", "smoothing", "density_gradient")
     return {name: (domain.particles.field(name, parents), domain.particles.field(name, images)) for name in names}
 
 
@@ -241,7 +241,18 @@ def beside(normal, count=20, seed=4):
         "velocity": rng.normal(0, 1, (count, dim)),
         "strain_rate": rng.normal(0, 1, (count, dim * (dim + 1) // 2)),
         "smoothing": rng.normal(0, 1, (count, dim)),
+        "density_gradient": rng.normal(0, 1, (count, dim)),
     }
+
+
+@pytest.mark.parametrize("slip", ["free", "no"])
+@pytest.mark.parametrize("normal", [*NORMALS, (1.0, 0.0, 0.0), (0.48, 0.64, 0.6)])
+def test_the_gradient_of_the_density_is_reflected(normal, slip):
+    """As that of a field which is even at the wall, whatever velocities do there."""
+    n, dim = np.array(normal), len(normal)
+    wall = MirrorWall("wall", (0.0,) * dim, normal, "plain", slip, 1)
+    parents, images = carried_images(beside(normal), wall)["density_gradient"]
+    np.testing.assert_allclose(images, parents @ (np.eye(dim) - 2 * np.outer(n, n)), atol=1e-14)
 
 
 @pytest.mark.parametrize("normal", [*NORMALS, (1.0, 0.0, 0.0), (0.48, 0.64, 0.6)])

@@ -38,7 +38,7 @@ def test_plan_without_ranks_is_as_short_as_before(tmp_path):
 
 @pytest.mark.parametrize(
     ("features", "size"),
-    [({"diffusion": "antuono"}, 224), ({"integrator": "midpoint"}, 240), ({"diffusion": "fourtakas"}, 208)],
+    [({"diffusion": "antuono"}, 256), ({"integrator": "midpoint"}, 240), ({"diffusion": "fourtakas"}, 208)],
 )
 def test_memory_of_a_particle_is_told_by_field(tmp_path, features, size):
     """The parts make up the whole, what a pass beside the sweep keeps included."""

@@ -228,7 +228,6 @@ class Domain:
     def _mirror(self, time):
         p = self.particles
         first_ghost, place = p.last, self._place()
-        carried = p.layout.place("strain_rate"), p.layout.place("smoothing")
         for wall in self.walls:
             wall.move(time)
             p.reserve(p.last + self._close_count + p.last - first_ghost)
@@ -247,7 +246,7 @@ class Domain:
                 self.state.constants,
                 place,
                 self.reach,
-                *carried,
+                p.layout.carried,
             )
             if bad >= 0:
                 self._lost(bad, f"crossed the {wall.name} wall")

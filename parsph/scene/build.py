@@ -10,12 +10,12 @@ from ..columns import Grid
 from ..damping import DampingZone
 from ..domain import Domain, balanced_cuts
 from ..domain.domain import end_columns
-from ..gradients import DensityFilter, Gradients
 from ..io.gauges import BodyGauge, DepthGauge, EnergyGauge, ForceGauge, LevelGauge, PowerGauge, PressureGauge, RunupGauge
 from ..io.snapshots import SnapshotWriter
 from ..io.tables import table_name
 from ..moments import Correction, Moments
 from ..particles import Layout, Particles
+from ..reinitialisation import DensityFilter
 from ..simulation import Simulation
 from ..states import State
 from ..stepping import INTEGRATORS
@@ -85,8 +85,6 @@ def build(scene, communicator=None, folder=None, checkpoint=None):
         fill(particles, scene, state, grid, fillings, *mine)
     n, terms = scene.numerics, terms_of(scene)
     particles.summed = n.density == "summation"
-    if n.diffusion == "antuono":
-        particles.gradient = np.zeros((len(particles.tags), scene.dim))
     if terms.correction is not NONE:
         particles.correction = np.zeros((len(particles.tags), Correction.width(scene.dim)))
     wetted = scene.domain.size[-1]
@@ -134,7 +132,6 @@ def build(scene, communicator=None, folder=None, checkpoint=None):
         scene.time.dt,
         scene.cfl,
         scene.density_range,
-        Gradients(sweep) if n.diffusion == "antuono" else None,
         DensityFilter(sweep, FILTERS[n.reinitialise], n.reinitialise_every) if n.reinitialise != "none" else None,
         scene.time.settle,
         Correction(sweep) if terms.correction is not NONE else None,

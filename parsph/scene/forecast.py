@@ -216,20 +216,17 @@ def forecast(scene, ranks, found=None, step=None):
 
 def _halo(scene, layout):
     """Return (messages to a neighbour, bytes of a row in its halo) of an evaluation, without values of ghosts."""
-    family, n = scene.treatment.family, scene.numerics
+    family = scene.treatment.family
     messages, numbers = 3, layout.width("shared")  # migrants, counts, rows
     if scene.lines or family == "markers":  # who is who
         messages, numbers = messages + 1, numbers + 1
-    if n.diffusion == "antuono":
-        messages, numbers = messages + 1, numbers + scene.dim
     if scene.treatment.corrects:  # accelerations, sums over markers
         messages, numbers = messages + 2, numbers + 2 * scene.dim + 1
     return messages, 8 * numbers
 
 
 def _bytes_of_row(scene, layout):
-    extra = scene.dim * (scene.numerics.diffusion == "antuono")
-    extra += Correction.width(scene.dim) * (scene.numerics.kernel_correction != "none")
+    extra = Correction.width(scene.dim) * (scene.numerics.kernel_correction != "none")
     return layout.bytes_per_particle() + 8 * extra
 
 

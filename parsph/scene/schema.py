@@ -461,7 +461,7 @@ class Scene(Section):
         """What needs fields of its own (`parsph.particles.FIELDS`)."""
         n = self.numerics
         drifts = n.xsph > 0 or n.shifting != "none"
-        return (n.integrator, n.viscosity, *["xsph_continuity"] * n.xsph_continuity, *["drift"] * drifts)
+        return (n.integrator, n.viscosity, n.diffusion, *["xsph_continuity"] * n.xsph_continuity, *["drift"] * drifts)
 
     @property
     def gravity(self):

@@ -10,12 +10,16 @@ All forms add ``delta h c0 sum_b psi_ab . grad_a W_ab V_b`` with ``psi_ab = 2 (s
   pumps density away from a bed, by 1 % of its pressure in 30 s with c0 = 10 sqrt(g depth)). Any direction of gravity.
 - Antuono et al. (2010): what is linear between a pair is taken off, by the mean of two renormalised gradients (Randles &
   Libersky 1996), ``grad s_a = L_a sum_b (s_b - s_a) grad_a W_ab V_b`` with ``L_a = [sum_b (r_b - r_a) grad_a W_ab V_b]^-1``.
-  Here s is without the hydrostatic part as well: the same for the fluid, since a linear part has no effect, and images and
-  ghosts then have no gradient, as the even field at a wall. Isolated particles, det L^-1 < 0.3, have none either.
+  Here s is without the hydrostatic part as well: the same for the fluid, since a linear part has no effect, and even at a
+  wall: images have the reflected gradient, fixed ghosts none. Isolated particles, det L^-1 < 0.3, have none either. The
+  gradients of neighbours are complete only after the sweep, so a pair has those of the evaluation before: an error of first
+  order in the time step, in a term of the order of h^2.
 """
 
 from ..formula import NONE, Formula
 from ..jit import jit, like
+from ..linear import cofactors
+from .density import LEAST_DETERMINANT
 
 MOLTENI, FOURTAKAS, ANTUONO = 1, 2, 3
 
@@ -36,7 +40,8 @@ DIFFUSIONS = {
     "antuono": Formula(
         "antuono",
         ANTUONO,
-        "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b - (grad s_a + grad s_b)/2 . r_ab) F_ab m_b/rho_b, renormalised gradients",
+        "drho_a/dt += 2 delta h c0 sum_b (s_a - s_b - (grad s_a + grad s_b)/2 . r_ab) F_ab m_b/rho_b, renormalised gradients "
+        "of the evaluation before",
         "delta-SPH: Antuono et al. (2010), Comput. Phys. Commun. 181, 532; Marrone et al. (2011)",
     ),
 }
@@ -59,3 +64,12 @@ def diffusing_density(code, excess, rho0, gamma, hydrostatic):
 def density_diffusion(delta_h_c0, VF, s_ab):
     """One neighbour's part of drho_a/dt; `VF` = F m_b/rho_b, `s_ab` = s_a - s_b without what is linear between the pair."""
     return like(2.0, VF) * delta_h_c0 * VF * s_ab
+
+
+@jit
+def renormalised_gradient(xx, xy, xz, yy, yz, zz, x, y, z, dim):
+    """Return grad s of a particle: L times the sums x, y, z, from L^-1; zero where that is near singular."""
+    a, b, c, d, e, f, determinant = cofactors(xx, xy, xz, yy, yz, zz, dim)
+    if determinant < LEAST_DETERMINANT:
+        return 0.0, 0.0, 0.0
+    return (a * x + b * y + c * z) / determinant, (b * x + d * y + e * z) / determinant, (c * x + e * y + f * z) / determinant

@@ -10,13 +10,14 @@ Free slip reflects the velocity relative to the wall's local velocity, ``v - 2 [
 ``2 v_w - v``. Walls are taken in turn, and each mirrors the images of those before it too: corners come of themselves. An
 image that lies beyond a later wall is dropped, since that wall's own images fill the place.
 
-What particles carry from one evaluation to the next is reflected with the velocity field. Smoothing is a velocity that the
-wall has none of. For the strain rate D (`parsph.terms.viscosity`) let R be the reflection and n the normal: the velocity
-gradient of the image is ``R G R`` at free slip, so its strain rate is ``R D R``: the shear ``n . D . t`` changes its sign.
-At no slip it is ``-G R``: what derives along the normal continues, what derives along the wall changes its sign, and vanishes
-at the wall, whether that is at rest or moves in its plane. D does not tell the two parts of its shear from each other; as the
-one along the wall vanishes there, all of it continues. At a wall that turns, both hold in the frame of the wall, from which
-D differs by no more than the velocity does: by a rotation, which has no strain rate.
+What particles carry from one evaluation to the next is reflected with the field that it is of. Smoothing is a velocity that the
+wall has none of; a density is even there, so its gradient is reflected as an arrow is. For the strain rate D
+(`parsph.terms.viscosity`) let R be the reflection and n the normal: the velocity gradient of the image is ``R G R`` at free
+slip, so its strain rate is ``R D R``: the shear ``n . D . t`` changes its sign. At no slip it is ``-G R``: what derives along
+the normal continues, what derives along the wall changes its sign, and vanishes at the wall, whether that is at rest or moves
+in its plane. D does not tell the two parts of its shear from each other; as the one along the wall vanishes there, all of it
+continues. At a wall that turns, both hold in the frame of the wall, from which D differs by no more than the velocity does: by
+a rotation, which has no strain rate.
 
 Exchange: a fluid particle that got behind a wall changes places with its image (Szmidt 2013): position and
 velocity are reflected, at the beginning of the step too, since integrators go on from there; what it carries as well. Its
@@ -102,15 +103,27 @@ def strain_place(a, b, dim):
 
 
 @jit
-def reflect_carried(rows, i, to, dim, wall, slip, strain_rate, smoothing):
-    """Write to row `to` what the image of row `i` carries: strain rate and smoothing, in these columns, or -1 without."""
+def reflect_vector(rows, i, to, column, dim, wall):
+    """Write to row `to` the vector in row `i`, from `column` on, as the wall reflects it."""
+    along = 0.0
+    for d in range(dim):
+        along += rows[i, column + d] * wall[dim + d]
+    for d in range(dim):
+        rows[to, column + d] = rows[i, column + d] - 2.0 * along * wall[dim + d]
+
+
+@jit
+def reflect_carried(rows, i, to, dim, wall, slip, carried):
+    """Write to row `to` what the image of row `i` carries, in columns from `carried` on, which are -1 where there is none."""
+    strain_rate, smoothing, density_gradient = carried
+    if density_gradient >= 0:
+        reflect_vector(rows, i, to, density_gradient, dim, wall)
     if smoothing >= 0:
-        along = 0.0
-        for d in range(dim):
-            along += rows[i, smoothing + d] * wall[dim + d]
-        for d in range(dim):
-            value = rows[i, smoothing + d]
-            rows[to, smoothing + d] = -value if slip == NO_SLIP else value - 2.0 * along * wall[dim + d]
+        if slip == NO_SLIP:
+            for d in range(dim):
+                rows[to, smoothing + d] = -rows[i, smoothing + d]
+        else:
+            reflect_vector(rows, i, to, smoothing, dim, wall)
     if strain_rate >= 0:
         # Dn = D . n, nDn = n . D . n; free slip R D R = D - 2 (n Dn + Dn n) + 4 nDn n n, no slip D - 2 P D P with P = 1 - n n
         Dx, Dy, Dz, nDn = 0.0, 0.0, 0.0, 0.0
@@ -150,8 +163,7 @@ def wall_images(
     state,
     grid,
     reach,
-    strain_rate,
-    smoothing,
+    carried,
 ):
     """Append the images of all particles within `reach` of a wall.
 
@@ -172,8 +184,8 @@ def wall_images(
         [m/s^2]; constants of the state; (low, 1/cell, shape, first cell of the slab).
     reach : float
         Distance up to which particles have images [m].
-    strain_rate, smoothing : int
-        First columns of what rows carry, -1 where they carry none.
+    carried : tuple of int
+        First columns of what rows carry, -1 where they carry none, see `parsph.particles.Layout.carried`.
 
     Returns
     -------
@@ -214,7 +226,7 @@ def wall_images(
         rows[end, 2 * dim] = density
         rows[end, 2 * dim + 1] = pressure
         rows[end, 2 * dim + 2] = rows[i, 2 * dim + 2]
-        reflect_carried(rows, i, end, dim, wall, slip, strain_rate, smoothing)
+        reflect_carried(rows, i, end, dim, wall, slip, carried)
         tags[end] = tags[i] + bit * FIRST_GHOST
         cells[end] = cell_of(rows, end, low, inverse, shape) - first_cell
         end += 1
@@ -222,7 +234,7 @@ def wall_images(
 
 
 @jit
-def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach, strain_rate, smoothing, start_position):
+def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach, carried, start_position):
     """Put the fluid among the rows ``first:last`` that is behind a wall where its images are; return how many that were.
 
     Parameters
@@ -246,7 +258,7 @@ def exchange_with_images(rows, start, tags, first, last, dim, wall, slip, reach,
             continue
         reflect_velocity(start, i, 0, i, rows, i, dim, wall, slip)
         reflect_velocity(rows, i, dim, i, rows, i, dim, wall, slip)
-        reflect_carried(rows, i, i, dim, wall, slip, strain_rate, smoothing)
+        reflect_carried(rows, i, i, dim, wall, slip, carried)
         for d in range(dim):
             rows[i, d] -= 2.0 * distance / slant * wall[4 * dim + d]
         if start_position >= 0:
@@ -318,9 +330,8 @@ class MirrorWall:
     def exchange(self, particles, reach):
         """Let the fluid that is less than `reach` [m] behind the wall change places with its images; return how many do."""
         p, layout = particles, particles.layout
-        carried = (layout.place(name) for name in ("strain_rate", "smoothing", "start_position"))
-        rows = p.shared, p.private, p.tags, p.first, p.last
-        count = exchange_with_images(*rows, layout.dim, self.numbers, SLIPS[self.slip], reach, *carried)
+        rows, columns = (p.shared, p.private, p.tags, p.first, p.last), (layout.carried, layout.place("start_position"))
+        count = exchange_with_images(*rows, layout.dim, self.numbers, SLIPS[self.slip], reach, *columns)
         self.exchanged += count
         return count
 
