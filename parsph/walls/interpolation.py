@@ -274,6 +274,7 @@ def compiled_interpolation(dim, kernel, method):
             if count == 0:
                 continue
             head, covered, total, pressure = 0.0, 0.0, 0.0, 0.0
+            u, v, w = 0.0, 0.0, 0.0
             for d in range(dim):
                 head += rho0 * gravity[d] * points[k, d]
                 place[d] = points[k, d] / cell_size
@@ -282,24 +283,26 @@ def compiled_interpolation(dim, kernel, method):
                 for d in range(dim):
                     away = around[d, c] - place[d]
                     r2 += away * away
-                kernels[c] = volumes[c] * kernel_value(kernel, np.sqrt(r2) * reach_over_h)
-                covered += kernels[c]
+                part = volumes[c] * kernel_value(kernel, np.sqrt(r2) * reach_over_h)
+                covered += part
                 if convex:
-                    weights[c] = convex_weight(method, kernels[c], r2)
-                    total += weights[c]
-                    if method == HYDROSTATIC:
-                        pressure += weights[c] * (pressures[c] - heads[c] + head)
-                    else:
-                        pressure += weights[c] * pressures[c]
+                    weight = convex_weight(method, part, r2)
+                    total += weight
+                    u += weight * around[dim, c]
+                    if dim > 1:
+                        v += weight * around[dim + 1, c]
+                    if dim > 2:
+                        w += weight * around[dim + 2, c]
+                    pressure += weight * (pressures[c] - heads[c] + head if method == HYDROSTATIC else pressures[c])
+                else:
+                    kernels[c] = part
             if not covered > 0.0:
                 continue
             if convex:
                 used[k] = method
+                velocity = u, v, w
                 for d in range(dim):
-                    velocity = 0.0
-                    for c in range(padded):
-                        velocity += weights[c] * around[dim + d, c]
-                    values[k, d] = velocity / total
+                    values[k, d] = velocity[d] / total
                 values[k, dim] = pressure / total
             else:
                 neighbours = 0
