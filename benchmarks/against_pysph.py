@@ -32,6 +32,7 @@ from parsph import viz
 from parsph.errors import ParsphError, RunError, SceneError, paragraph
 from parsph.flows import StretchingDrop
 from parsph.io.folder import output_folder, write_whole
+from parsph.jit import processor
 from parsph.progress import console
 
 HERE = Path(__file__).parent
@@ -369,16 +370,6 @@ def pysph_in(python):
     except OSError as error:
         raise SceneError(f"cannot be run: {error.strerror}", where=f"--python {python}", cure="a Python with pysph") from None
     return json.loads(done.stdout) if done.returncode == 0 else None
-
-
-def processor():
-    """Return the name of the processor."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
 
 
 def main(arguments=None):

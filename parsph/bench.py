@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from rich.table import Table
 
-from .jit import jit
+from .jit import jit, processor
 from .parallel import Communicator
 from .progress import console
 from .scene.build import build
@@ -228,6 +228,8 @@ def bench(json_file=None, particles=100_000, repeats=7):
         table.add_row(*shape, *speeds, *ratios, f"{row['bytes_per_particle']:.0f}")
     out = console()
     out.print(table)
+    machine = processor()
+    out.print(f"on {machine}")
     cost = fixed_cost()
     out.print(f"fixed cost of a step: {1e6 * cost:.0f} microseconds")
     share = phase_cost(load_scene("pool", {"gauges": []}), "damping")
@@ -241,6 +243,14 @@ def bench(json_file=None, particles=100_000, repeats=7):
         walls[name] = phase_cost(scene, "ghosts", steps=50)
         out.print(f"fixed ghosts of the small dam break at its beginning, {name}: {walls[name]:.1%} of a step")
     if json_file:
-        rows.append({"fixed cost of a step [s]": cost, "layer over step": share, "ghosts over step": walls, **ratios})
+        rows.append(
+            {
+                "processor": machine,
+                "fixed cost of a step [s]": cost,
+                "layer over step": share,
+                "ghosts over step": walls,
+                **ratios,
+            }
+        )
         json_file.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     return rows

@@ -10,6 +10,7 @@ a compiled function, or it would be compiled again in every process.
 import gc
 import hashlib
 import os
+import platform
 import shutil
 import time
 from functools import wraps
@@ -26,6 +27,17 @@ FAST_MATH = {"nsz": True, "arcp": True, "contract": True, "afn": True, "reassoc"
 KEPT_CACHES = 6
 # Bytes of the widest vectors of this machine: loops over a multiple of them have no remainder, which would be scalar.
 VECTOR = 64 if binding.get_host_cpu_features().get("avx512f") else 32
+
+
+def processor():
+    """Return the name of the processor, its kind as LLVM knows it, and how wide its vectors are."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    name = names[0] if names else platform.processor() or platform.machine()
+    return f"{name} ({binding.get_host_cpu_name()}, vectors of {VECTOR} bytes)"
 
 
 def _source_hash():

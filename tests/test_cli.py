@@ -230,6 +230,7 @@ def test_bench_writes_its_table(tmp_path):
     assert set(fixed["ghosts over step"]) == {"hydrostatic", "mls1", "mls2", "sfdi", "shepard", "normalised"}
     assert all(0 < share < 1 for share in fixed["ghosts over step"].values())
     assert fixed["renormalised gradients"] > 1
+    assert f"on {fixed['processor']}" in " ".join(result.stdout.split())
 
 
 def test_verify_refuses_an_unknown_case(tmp_path):

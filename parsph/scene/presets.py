@@ -22,7 +22,7 @@ PRESETS = {
         "integrator": "adams-bashforth",
         "density": "renormalised",
         "diffusion": "fourtakas",
-        "delta": 0.1,
+        "delta": 0.04,
         "precision": "float32",
     },
     "accurate": {

@@ -119,6 +119,7 @@ CHANGES = {  # from `standard`, one at a time
     "continuity, midpoint": {"numerics.density": "continuity", "numerics.integrator": "midpoint"},
     "continuity, antuono": {"numerics.density": "continuity", "numerics.diffusion": "antuono"},
     "delta 0.02": {"numerics.delta": 0.02},
+    "delta 0.1": {"numerics.delta": 0.1},
     "float64": {"numerics.precision": "float64"},
 }
 
