@@ -23,7 +23,7 @@ def test_the_page_is_that_of_the_tables(generator):
 
 def test_its_figures_and_tables_are_there(generator):
     shown = re.findall(r"\]\((figures/[^)]+)\)", generator.page())
-    assert len(shown) == len(set(shown)) == 12
+    assert len(shown) == len(set(shown)) == 13
     assert sorted(shown) == sorted(path.relative_to(DOCS).as_posix() for path in (DOCS / "figures").iterdir())
     assert sorted(path.name for path in (DOCS / "tables").iterdir()) == sorted(generator.TABLES)
 
