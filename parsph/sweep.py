@@ -66,10 +66,6 @@ def compiled_sweep(
     strained = viscosity == NEWTONIAN
     smoothed = density_law == SMOOTHED
     sloped = diffusion == ANTUONO
-    # what rows carry begins behind the mass
-    carried = 2 * dim + 3
-    carried_smoothing = carried + (dim * (dim + 1) // 2 if strained else 0)
-    carried_gradient = carried_smoothing + (dim if smoothed else 0)
     first_strain = SCRATCH_ROWS
     first_smoothing = first_strain + STRAINS * strained
     first_gradient = first_smoothing + SMOOTHINGS * smoothed
@@ -77,6 +73,7 @@ def compiled_sweep(
 
     def sweep(
         rows,
+        carried,
         coefficients,
         tags,
         starts,
@@ -92,6 +89,7 @@ def compiled_sweep(
         density_gradient,
     ):
         cell_size, shape = grid
+        strain_column, smoothing_column, gradient_column = carried
         h, norm, rho0, inverse_c2, alpha_h_c0, delta_h_c0, epsilon, shift_h, h_over_dx, longest_h, gamma, viscosity_mu = numbers
         stride = cells_per_column(shape)
         room = most_candidates(starts, first_cell, last_cell, block, strips, stride, shape) + padding
@@ -144,26 +142,26 @@ def compiled_sweep(
                     ws[o] = rows[j, dim + 2]
                 densities[o], pressures[o], ms[o] = rows[j, 2 * dim], rows[j, 2 * dim + 1], rows[j, 2 * dim + 2]
                 if strained:
-                    Qxx[o] = rows[j, carried]
+                    Qxx[o] = rows[j, strain_column]
                     if dim > 1:
-                        Qxy[o] = rows[j, carried + 1]
-                        Qyy[o] = rows[j, carried + dim]
+                        Qxy[o] = rows[j, strain_column + 1]
+                        Qyy[o] = rows[j, strain_column + dim]
                     if dim > 2:
-                        Qxz[o] = rows[j, carried + 2]
-                        Qyz[o] = rows[j, carried + 4]
-                        Qzz[o] = rows[j, carried + 5]
+                        Qxz[o] = rows[j, strain_column + 2]
+                        Qyz[o] = rows[j, strain_column + 4]
+                        Qzz[o] = rows[j, strain_column + 5]
                 if smoothed:
-                    sus[o] = rows[j, carried_smoothing]
+                    sus[o] = rows[j, smoothing_column]
                     if dim > 1:
-                        svs[o] = rows[j, carried_smoothing + 1]
+                        svs[o] = rows[j, smoothing_column + 1]
                     if dim > 2:
-                        sws[o] = rows[j, carried_smoothing + 2]
+                        sws[o] = rows[j, smoothing_column + 2]
                 if sloped:  # halves: a pair takes the mean of two
-                    gxs[o] = 0.5 * rows[j, carried_gradient]
+                    gxs[o] = 0.5 * rows[j, gradient_column]
                     if dim > 1:
-                        gys[o] = 0.5 * rows[j, carried_gradient + 1]
+                        gys[o] = 0.5 * rows[j, gradient_column + 1]
                     if dim > 2:
-                        gzs[o] = 0.5 * rows[j, carried_gradient + 2]
+                        gzs[o] = 0.5 * rows[j, gradient_column + 2]
             for o in range(count):  # apart from the copies, so that vectors do it
                 density = densities[o]
                 inverse = 1.0 / density
@@ -536,6 +534,7 @@ class Sweep:
         stride, grid = slab.grid.stride, slab.grid
         self.compiled(
             particles.shared,
+            particles.layout.carried,
             particles.correction,
             particles.tags,
             starts,

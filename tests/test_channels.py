@@ -147,6 +147,21 @@ def test_the_force_is_that_of_the_strain_rate_of_the_evaluation_before(dim):
 
 
 @pytest.mark.parametrize("dim", CELLS)
+def test_what_rows_carry_is_found_behind_what_a_term_that_is_left_out_would_carry(dim):
+    """As the gauge of power leaves viscosity out."""
+    terms = Terms(density=SMOOTHED_CONTINUITY, smoothing=XSPH)
+    sweep = Sweep(KERNELS["wendland-c2"], terms, dim, 1.4 * DX, RHO0, C0, (0.0,) * dim, epsilon=0.5)
+    features = "verlet", "newtonian", "xsph_continuity", "drift"
+    fields = block(dim, features)
+    found = rates(fields, sweep, features)
+    del fields["strain_rate"]
+    alone = rates(fields, sweep, features[:1] + features[2:])
+    np.testing.assert_array_equal(found.density_rate, alone.density_rate)
+    fields["smoothing"] *= 2
+    assert np.abs(rates(fields, sweep, features[:1] + features[2:]).density_rate - alone.density_rate).max() > 1
+
+
+@pytest.mark.parametrize("dim", CELLS)
 def test_viscous_pairs_conserve_momentum(dim):
     fields = block(dim)
     forces = fields["mass"][:, None] * rates(fields, viscous_sweep(dim)).acceleration
