@@ -22,7 +22,7 @@ from .zones import describe_zone
 
 # Time of one pair candidate with its share of the step [s], float64, measured in `verify pool` on a 2.4 GHz AVX2 core.
 SECONDS_PER_CANDIDATE = 2.8e-9
-GRADIENT_PASS = 1.4  # of the same with renormalised gradients
+GRADIENTS = 1.4  # of the same with renormalised gradients
 DIVERGENCE = 1.2  # of the same with a renormalised divergence
 STRAIN_RATES = 1.7  # of the same with newtonian viscosity
 CORRECTION_PASS = 2.5  # of the same with a corrected kernel, its pass included
@@ -41,7 +41,7 @@ def costs(scene):
     evaluations = particles * steps * INTEGRATORS[scene.numerics.integrator].evaluations
     candidates = (3 * scene.reach / scene.numerics.dx) ** scene.dim
     precision = 0.72 if scene.numerics.precision == "float32" else 1.0
-    passes = GRADIENT_PASS if scene.numerics.diffusion == "antuono" else 1.0
+    passes = GRADIENTS if scene.numerics.diffusion == "antuono" else 1.0
     passes *= DIVERGENCE if scene.numerics.density == "renormalised" else 1.0
     passes *= STRAIN_RATES if scene.numerics.viscosity == "newtonian" else 1.0
     passes *= CORRECTION_PASS if scene.numerics.kernel_correction != "none" else 1.0
