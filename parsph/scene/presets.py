@@ -26,8 +26,8 @@ PRESETS = {
         "precision": "float32",
     },
     "accurate": {
-        "kernel": "wendland-c2",
-        "h_over_dx": 2.5,
+        "kernel": "wendland-c4",
+        "h_over_dx": 2.6,
         "c0_factor": 15.0,
         "integrator": "adams-bashforth",
         "density": "renormalised",
