@@ -88,7 +88,7 @@ class Sizes:
     window: float = 0.02
     windows: int = 5
     radii: tuple = (10, 20, 40)
-    finer: tuple = (80, 140)
+    finer: tuple = (80, 170)
     turns: int = 2
     memory: tuple = (0.05, 0.004)
 
