@@ -23,6 +23,7 @@ DASHES = ("-", "--", "-.", ":")
 GREY = "0.45"
 SMALL, LINE, POINT = 8, 1.1, 5  # [pt]: font, line width, marker diameter
 DECADES = 4  # of a logarithmic colour scale: what is smaller is as good as nothing
+FEW = 0.002  # of all values, at either end, which may be left out of a colour scale
 ARROWS = 300  # more than this many arrows hide each other
 # Where a label may stand beside its point [pt], the best first: right of and above a point it is clear of the Pareto front.
 PLACES = ((4, 4), (-4, -4), (-4, 4), (4, -4), (-5, 0), (0, -6), (0, 6), (5, 0), (4, 12), (-4, -12), (-4, 12), (4, -12))
@@ -60,6 +61,17 @@ def save(figure, path):
     return path
 
 
+def limits_of(values):
+    """Return the smallest and the largest value, unless few values make most of the range: then `FEW` are off at either end.
+
+    A splash has single particles under many times the pressure of all others, which then would have one colour.
+    """
+    if not len(values):
+        return 0.0, 1.0
+    low, inner_low, inner_high, high = np.quantile(values, [0, FEW, 1 - FEW, 1])
+    return (inner_low, inner_high) if high - low > 2 * (inner_high - inner_low) > 0 else (low, high)
+
+
 def particles(
     ax, position, values, label, still_level=None, layer=None, size=None, limits=None, vectors=None, log=False, unit="m/s"
 ):
@@ -80,7 +92,8 @@ def particles(
     size : float, optional
         Area of a marker [pt^2], as in ``ax.scatter``; by default markers just cover the water, and `save` keeps it so.
     limits : (float, float), optional
-        The values at the ends of the colour bar, by default the smallest and the largest; pointed ends show values beyond.
+        The values at the ends of the colour bar, by default the smallest and the largest, but without few far-off values
+        (`limits_of`); pointed ends show values beyond.
     vectors : (n, 2) array, optional
         Velocities [m/s], thin arrows; of very many particles one in each cell of a square grid gets one.
     log : bool
@@ -92,7 +105,7 @@ def particles(
     good = np.isfinite(values) & np.isfinite(position).all(axis=1)
     position, values = position[good], values[good]
     ends = (values.min(), values.max()) if len(values) else (0.0, 1.0)
-    low, high = ends if limits is None else limits
+    low, high = limits or (ends if log else limits_of(values))
     log = log and high > 0
     if log:
         low = max(low, high / 10**DECADES)

@@ -36,6 +36,18 @@ def legend(ax):
     return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
+def test_few_far_off_values_do_not_take_the_colours_from_all_others():
+    values = np.linspace(0.0, 10.0, 2000)
+    assert viz.limits_of(values) == (0.0, 10.0)
+    values[7] = 1000.0
+    low, high = viz.limits_of(values)
+    assert low == pytest.approx(0.02, rel=0.1)
+    assert high == pytest.approx(9.98, rel=0.01)
+    assert viz.limits_of(np.r_[np.zeros(999), 5.0]) == (0.0, 5.0)  # all others are equal
+    assert viz.limits_of([3.0, 1.0, 50.0]) == (1.0, 50.0)
+    assert viz.limits_of([]) == (0.0, 1.0)
+
+
 def test_particles_are_drawn_where_they_are_and_in_their_colours(ax):
     position = block()
     pressure = 9810 * (0.2 - position[:, 1])
