@@ -19,7 +19,6 @@ from .columns import FAR, cells_per_column, choose_candidates, fluid_box, most_c
 from .jit import VECTOR, jit
 from .kernels import kernel_slope, kernel_value
 from .particles import FIRST_GHOST, Field
-from .sweep import over_slab
 from .terms.correction import invert_moments
 
 PADDING = VECTOR // 8
@@ -222,7 +221,7 @@ class Correction:
         """Set the coefficients of the fluid of `slab`; the halos must be there."""
         sweep, p = self.sweep, particles
         compiled = compiled_moments(sweep.dim, sweep.kernel.code, False)
-        over_slab(compiled, p, starts, slab, (sweep.h, sweep.kernel.norms[sweep.dim - 1]), p.correction)
+        sweep.over_slab(compiled, p, starts, slab, p.correction)
         self.plain += set_coefficients(p.correction, p.tags, p.first, p.last, sweep.dim + 1, self._length)
 
 
@@ -244,7 +243,7 @@ class Moments:
         rows, columns = triangle(dim)
         table = np.zeros((particles.last, len(rows) + dim))
         compiled = compiled_moments(dim, sweep.kernel.code, True)
-        over_slab(compiled, particles, starts, slab, (sweep.h, sweep.kernel.norms[dim - 1]), table)
+        sweep.over_slab(compiled, particles, starts, slab, table)
         table = table[particles.fluid]
         matrix = np.empty((len(table), dim + 1, dim + 1))
         matrix[:, rows, columns] = matrix[:, columns, rows] = table[:, : len(rows)]

@@ -7,6 +7,7 @@ cache line per particle. A new field is one line of the table.
 
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Field:
 
 
 # Compiled code relies on the order of the first five, that what is carried from one evaluation to the next comes after, and
-# on the order of what integrators keep.
+# on the orders of that and of what integrators keep.
 FIELDS = (
     Field("position", 1, "m", "position"),
     Field("velocity", 1, "m/s", "velocity", snapshot=True),
@@ -86,6 +87,9 @@ FIELDS = (
     ),
     Field("drift", 1, "m/s", "what particles move with beside their velocity", "rate", needed_by="drift"),
 )
+
+# Arrays of their own, which each evaluation fills; compiled code gets them in this order.
+FOUND = tuple(field.name for field in FIELDS if field.part == "rate" or field.name == field.found_in)
 
 # A tag is `image << IMAGE_SHIFT | id`: fluid first in every cell, then its images, then fixed ghosts with numbers of their
 # own, all in an order of their own.
@@ -128,17 +132,21 @@ class Layout:
         """Return the number of components of `field`."""
         return (1, self.dim, self.dim * (self.dim + 1) // 2)[field.rank]
 
+    @cached_property
+    def _columns(self):
+        """{name: (part, slice)} of the fields; evaluations ask, so it is worked out once."""
+        found, first = {}, {"shared": 0, "private": 0}
+        for field in self.fields:
+            begin = first.get(field.part, 0)  # rates have arrays of their own
+            end = begin + self.components(field)
+            found[field.name] = field.part, slice(begin, end)
+            if field.part in first:
+                first[field.part] = end
+        return found
+
     def columns(self, name):
         """Return (part, slice) of the field `name`."""
-        first = {"shared": 0, "private": 0}
-        for field in self.fields:
-            if field.part == "rate":
-                first["rate"] = 0
-            last = first[field.part] + self.components(field)
-            if field.name == name:
-                return field.part, slice(first[field.part], last)
-            first[field.part] = last
-        raise KeyError(name)
+        return self._columns[name]
 
     def rank(self, name):
         """Return the rank of the field `name`."""
@@ -146,9 +154,9 @@ class Layout:
 
     def place(self, name):
         """Return the first column of the field `name` in its row, -1 where this scene does not need it."""
-        return self.columns(name)[1].start if name in [field.name for field in self.fields] else -1
+        return self._columns[name][1].start if name in self._columns else -1
 
-    @property
+    @cached_property
     def carried(self):
         """The first columns of what rows carry from one evaluation to the next: strain rate, smoothing, density gradient."""
         return tuple(self.place(field.name) for field in FIELDS if field.found_in)
@@ -158,8 +166,8 @@ class Layout:
         both), tags twice, cell, order and rates.
         """
         rows = 8 * (self.width("shared") + self.width("private"))
-        found = sum(self.components(field) for field in self.fields if field.name == field.found_in)
-        return 2 * rows + 2 * 8 + 4 + 4 + 8 * (self.width("rate") + found)
+        found = sum(self.components(field) for field in self.fields if field.name in FOUND)
+        return 2 * rows + 2 * 8 + 4 + 4 + 8 * found
 
 
 class Particles:
@@ -193,12 +201,10 @@ class Particles:
         self._spare = {name: getattr(self, name) for name in ("shared", "private", "tags")}
         self.cells = np.zeros(0, np.int32)
         self.order = np.zeros(0, np.int32)
-        self.acceleration = np.zeros((0, layout.dim))
-        self.density_rate = np.zeros(0)
-        self.drift = np.zeros((int(layout.place("drift") >= 0), layout.dim))
+        for field in (field for field in FIELDS if field.name in FOUND):  # a row where it is needed: `reserve` adds the others
+            row = (layout.components(field),) if field.rank else ()
+            setattr(self, field.name, np.zeros((int(field in layout.fields), *row)))
         self._carried = [field for field in layout.fields if field.found_in]
-        for found in (field for field in FIELDS if field.name == field.found_in):
-            setattr(self, found.name, np.zeros((int(found in self._carried), layout.components(found))))
         self.correction = np.zeros((0, 0))
         self.reserve(capacity)
 
@@ -207,9 +213,9 @@ class Particles:
         if capacity <= len(self.tags):
             return
         capacity = room_for(capacity)
-        for name in ("shared", "private", "tags", "cells", "acceleration", "density_rate"):
+        for name in ("shared", "private", "tags", "cells"):
             setattr(self, name, _enlarged(getattr(self, name), capacity))
-        for name in ("drift", "correction", "strain_rate", "density_gradient"):
+        for name in ("correction", *FOUND):
             if len(getattr(self, name)):
                 setattr(self, name, _enlarged(getattr(self, name), capacity))
         self._spare = {name: np.zeros_like(array) for name, array in self._spare_like().items()}

@@ -12,7 +12,6 @@ from .columns import cells_per_column, choose_candidates, fluid_box, most_candid
 from .jit import jit
 from .kernels import kernel_value
 from .particles import FIRST_GHOST
-from .sweep import over_slab
 from .terms.filter import filtered_density
 
 
@@ -81,6 +80,6 @@ class DensityFilter:
         """Replace the densities of the fluid of `slab`; pressures and halos are then out of date."""
         sweep, p = self.sweep, particles
         compiled = compiled_filter(sweep.dim, sweep.kernel.code, self.law.code)
-        over_slab(compiled, p, starts, slab, (sweep.h, sweep.kernel.norms[sweep.dim - 1]), p.density_rate)
+        sweep.over_slab(compiled, p, starts, slab, p.density_rate)
         rows = p.fluid
         p.shared[rows, p.layout.columns("density")[1]] = p.density_rate[rows, None]

@@ -28,7 +28,7 @@ from .columns import (
 )
 from .jit import VECTOR, jit
 from .kernels import kernel_slope, kernel_value
-from .particles import FIRST_GHOST
+from .particles import FIRST_GHOST, FOUND
 from .terms.correction import corrected_derivative, corrected_value
 from .terms.density import RENORMALISED, SMOOTHED, SUMMATION, continuity, renormalised, summation
 from .terms.diffusion import ANTUONO, density_diffusion, diffusing_density, renormalised_gradient
@@ -41,7 +41,6 @@ from .terms.xsph import smoothing_weight
 
 SCRATCH_ROWS = 12
 STRAINS, SMOOTHINGS, GRADIENTS = 6, 3, 3  # further rows, in scenes that carry them from one evaluation to the next
-FOUND = "acceleration", "density_rate", "drift", "strain_rate", "density_gradient"  # arrays of the particles that it sets
 
 
 @lru_cache
@@ -82,11 +81,11 @@ def compiled_sweep(
         grid,
         numbers,
         gravity,
+        strain_rate,
+        density_gradient,
         acceleration,
         density_rate,
         drift,
-        strain_rate,
-        density_gradient,
     ):
         cell_size, shape = grid
         strain_column, smoothing_column, gradient_column = carried
@@ -251,6 +250,8 @@ def compiled_sweep(
                     if variable_h:
                         F *= inverse_h * inverse_h * inverse_h
                     mF = ms[j] * F
+                    if diffusion != 0 or strained:
+                        VF = Vols[j] * F
                     pair = pressure_pair(P, Ps[j])
                     if viscosity == MONAGHAN:
                         pair += artificial_viscosity(viscous, vr, r2, eta2, V, Vs[j])
@@ -278,7 +279,6 @@ def compiled_sweep(
                             fz += mF * sz
                         pair += third * trace
                         pair += unseen_viscosity(unseen, mu, vr, rQr, r2, eta2, V, Vs[j])
-                        VF = Vols[j] * F
                         Dxx -= VF * du * dx
                         if dim > 1:
                             Dxy -= VF * (du * dy + dv * dx)
@@ -360,7 +360,7 @@ def compiled_sweep(
                     else:
                         rate += continuity(mF, vr)
                     if diffusion != 0:
-                        s_ab, VF = s - ss[j], Vols[j] * F
+                        s_ab = s - ss[j]
                         if sloped:
                             VFx, linear = VF * dx, (gx + gxs[j]) * dx
                             Lxx -= VFx * dx
@@ -453,13 +453,6 @@ def compiled_sweep(
     return jit(sweep)
 
 
-def over_slab(compiled, particles, starts, slab, *rest):
-    """Run a compiled pass beside the sweep over the fluid of all columns of `slab`."""
-    grid = slab.grid
-    cells = grid.stride, (slab.columns + 1) * grid.stride
-    compiled(particles.shared, particles.tags, starts, *cells, (grid.cell, grid.shape), *rest)
-
-
 @dataclass(frozen=True)
 class Sweep:
     """The neighbour loop of a scene with its numbers.
@@ -526,9 +519,16 @@ class Sweep:
         """Return acceleration [m/s^2], density rate [kg/m^3/s] and drift [m/s] of the fluid of `slab`, in arrays like those of
         `particles`, which stay as they are.
         """
-        arrays = [np.zeros_like(getattr(particles, name)) for name in FOUND]
-        self._sum(particles, starts, slab, 1, slab.columns + 1, arrays)
-        return arrays[:3]
+        arrays = {name: np.zeros_like(getattr(particles, name)) for name in FOUND}
+        self._sum(particles, starts, slab, 1, slab.columns + 1, arrays.values())
+        return [arrays[name] for name in ("acceleration", "density_rate", "drift")]
+
+    def over_slab(self, compiled, particles, starts, slab, found):
+        """Run a compiled pass beside the sweep, with its kernel, over the fluid of all columns of `slab`; it fills `found`."""
+        grid = slab.grid
+        cells = grid.stride, (slab.columns + 1) * grid.stride
+        numbers = self.h, self.kernel.norms[self.dim - 1]
+        compiled(particles.shared, particles.tags, starts, *cells, (grid.cell, grid.shape), numbers, found)
 
     def _sum(self, particles, starts, slab, first_column, last_column, rates):
         stride, grid = slab.grid.stride, slab.grid
