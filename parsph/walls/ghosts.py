@@ -14,7 +14,7 @@ ghosts stand.
 
 import numpy as np
 
-from ..columns import cell_of, place_rows
+from ..columns import cell_of
 from ..jit import jit
 from ..particles import FIRST_FIXED
 from ..states import density_of
@@ -71,17 +71,15 @@ def mirror_laws(chosen, position, mirror, direction, turned, wall, found, used, 
 
 
 @jit
-def give_values(rows, tags, starts, cells, values, volume):
-    """Write velocity, density, pressure and mass to the ghost rows of `cells`, which are the last ones in each."""
+def give_values(rows, tags, first, last, values, volume):
+    """Write velocity, density, pressure and mass to the ghost rows among ``first:last``."""
     dim = values.shape[1] - 2
-    for cell in cells:
-        i = starts[cell + 1] - 1
-        while i >= starts[cell] and tags[i] >= FIRST_FIXED:
+    for i in range(first, last):
+        if tags[i] >= FIRST_FIXED:
             g = tags[i] - FIRST_FIXED
             for d in range(dim + 2):
                 rows[i, dim + d] = values[g, d]
             rows[i, 2 * dim + 2] = values[g, dim] * volume[g]
-            i -= 1
 
 
 class FixedGhosts:
@@ -119,7 +117,7 @@ class FixedGhosts:
         spans = zip(ends[:-1], ends[1:], boundaries, strict=True)
         self.parts = [Part(slice(int(a), int(b)), motion) for a, b, (_, _, motion) in spans]
         self.methods_used = np.zeros(len(INTERPOLATORS) + 1, np.int64)
-        self.share = self._homes = None
+        self.share = None
 
     @property
     def count(self):
@@ -147,10 +145,7 @@ class FixedGhosts:
 
     def distribute(self, grid, cuts, rank):
         """Work out which ghosts stand in the columns of `rank`, which it interpolates, and who needs those values."""
-        share = self.share = Share(self.position, self.mirror, grid, cuts, rank)
-        cells, first = np.empty(len(share.needed), np.int64), (cuts[rank] - 1) * grid.stride  # halos included
-        place_rows(self.position[share.needed], cells, 0, len(cells), grid.low, 1.0 / grid.cell, grid.shape, first)
-        self._homes = np.unique(cells)
+        self.share = Share(self.position, self.mirror, grid, cuts, rank)
 
     def append(self, particles, grid, slab):
         """Append the ghosts of this slab to its particles, without values."""
@@ -196,4 +191,4 @@ class FixedGhosts:
 
     def give(self, particles, starts):
         """Write the values to the ghost rows of this slab and of its halos."""
-        give_values(particles.shared, particles.tags, starts, self._homes, self.values, self.volume)
+        give_values(particles.shared, particles.tags, 0, int(starts[-1]), self.values, self.volume)

@@ -33,8 +33,8 @@ class Share:
 
     Attributes
     ----------
-    standing, needed : ndarray of int
-        Points that stand in its columns, and those that stand in these or in its halos.
+    standing : ndarray of int
+        Points that stand in its columns.
     mine : ndarray of int
         Points whose sources are in its columns, in the order of their cells.
     points, cells : ndarray, shapes (n, dim) and (n,)
@@ -62,7 +62,6 @@ class Share:
         )
         sent = {int(other): np.flatnonzero(is_mine & needed(other)) for other in takers if other != rank}
         here = needed(rank)
-        self.needed = np.flatnonzero(here)
         givers = np.unique(owner[here])
         self.sent = {other: rows for other, rows in sent.items() if len(rows)}
         self.received = {int(other): np.flatnonzero(here & (owner == other)) for other in givers if other != rank}
