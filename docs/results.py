@@ -116,31 +116,29 @@ def _peers(figures):
     versions = "; ".join(f"{code} ({_listed(found['versions'][code])})" for code in against_pysph.CODES)
     lines = ["## Beside PySPH", "", f"`{TABLES['peers.json']}`, of {versions}. Ratios are of minima; that they compare:", ""]
     lines += [*(f"- {difference}" for difference in found["differences"]), ""]
-    lines += [
-        *markdown(["quantity", "unit", *against_pysph.CODES, "ratio"], told),
-        "",
-        "Errors of the half axes of the drop at A t = 0.75:",
-        "",
-    ]
-    drops = [row | {name: 100 * row[name] for name in ("short half axis", "long half axis")} for row in found["drop"]]
-    named = {"cost": "CPU time [s]", "short half axis": "short half axis [%]", "long half axis": "long half axis [%]"}
-    lines += [
-        *_of_drop(drops, named, "particles", "evaluations"),
-        "",
-        "Beside what parsph's own method reaches at equal cost:",
-        "",
-    ]
-    equal = [row | {name: 100 * row[name] for name in ("error", "parsph's error")} for row in found["equal cost"]]
-    lines += [*_of_drop(equal, {"cost": "CPU time [s]", "error": "error [%]", "parsph's error": "parsph's error [%]"}), ""]
+    lines += [*markdown(["quantity", "unit", *against_pysph.CODES, "ratio"], told), ""]
+    drops = _of_drop(found["drop"], ("particles", "evaluations"), ("short half axis", "long half axis"))
+    lines += ["Errors of the half axes of the drop at A t = 0.75:", "", *drops, ""]
+    equal = _of_drop(found["equal cost"], (), ("error", "parsph's error"))
+    lines += ["Beside what parsph's own method reaches at equal cost:", "", *equal, ""]
     if figures is not None:
         against_pysph.plot(found["drop"], figures / "peers.png")
     return [*lines, "![Stretching drop: error against CPU time; labels: particles per radius](figures/peers.png)", ""]
 
 
-def _of_drop(rows, named, *counts):
-    """Return the lines of a table of drops: series, resolution, `counts`, and columns by other names."""
-    told = [row | {new: row[old] for old, new in named.items()} | {"per radius": str(row["per radius"])} for row in rows]
-    return markdown(["series", "per radius", *counts, *named.values()], told)
+def _of_drop(rows, counts, errors):
+    """Return the lines of a table of drops: series, resolution, these counts, cost, and these errors in per cent."""
+    told = [
+        {
+            "series": row["series"],
+            "per radius": str(row["per radius"]),
+            **{name: row[name] for name in counts},
+            "CPU time [s]": row["cost"],
+            **{f"{name} [%]": 100 * row[name] for name in errors},
+        }
+        for row in rows
+    ]
+    return markdown(list(told[0]), told)
 
 
 def _listed(versions):

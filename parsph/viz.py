@@ -61,14 +61,14 @@ def save(figure, path):
     return path
 
 
-def limits_of(values):
-    """Return the smallest and the largest value, unless few values make most of the range: then `FEW` are off at either end.
+def limits_of(values, few=FEW):
+    """Return the smallest and the largest value, unless few values make most of the range: then `few` are off at either end.
 
     A splash has single particles under many times the pressure of all others, which then would have one colour.
     """
     if not len(values):
         return 0.0, 1.0
-    low, inner_low, inner_high, high = np.quantile(values, [0, FEW, 1 - FEW, 1])
+    low, inner_low, inner_high, high = np.quantile(values, [0, few, 1 - few, 1])
     return (inner_low, inner_high) if high - low > 2 * (inner_high - inner_low) > 0 else (low, high)
 
 
@@ -104,7 +104,7 @@ def particles(
     position, values = np.asarray(position, dtype=float), np.asarray(values, dtype=float)
     good = np.isfinite(values) & np.isfinite(position).all(axis=1)
     position, values = position[good], values[good]
-    ends = (values.min(), values.max()) if len(values) else (0.0, 1.0)
+    ends = limits_of(values, few=0.0)
     low, high = limits or (ends if log else limits_of(values))
     log = log and high > 0
     if log:
